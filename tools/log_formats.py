@@ -89,6 +89,16 @@ def frf_set(binary, x, data, node):
     )
 
 
+def geometry_sets(kind):
+    """Nodes 1, 7, 8 (data set 15 or 2411), a trace line 1-7-8 with a second part 8-1, and a response at 7+z and 8+z."""
+    x, y, z = ([0.0, 0.1, 1.0 / 3.0], [0.0, -2.5e-3, 0.0], [0.0, 1e-7, -4.0])
+    prepare = {15: pyuff.prepare_15, 2411: pyuff.prepare_2411}[kind]
+    numbers = dict(node_nums=[1, 7, 8], def_cs=[0, 0, 0], disp_cs=[0, 0, 0], color=[8, 8, 8])
+    values = dict(zip("xyz", (np.array(v) for v in (x, y, z))))
+    trace = pyuff.prepare_82(trace_num=1, n_nodes=6, color=0, id="beam", nodes=np.array([1, 7, 8, 0, 8, 1]))
+    return [prepare(**numbers, **values), trace, frf_set(0, f, h[:, 0], 7), frf_set(0, f, h[:, 1], 8)]
+
+
 # Times and lines that the six digits of a UFF header hold.
 signal = rng.normal(size=13)
 time = np.arange(13) * 0.0025
@@ -111,5 +121,7 @@ document = {
     "signal": exact(signal),
     "uff_frf_text": uff([frf_set(0, f, h[:, 0], 7), frf_set(0, f, h[:, 1], 8)]),
     "uff_frf_binary": uff([frf_set(1, f, h[:, 0], 7), frf_set(1, f, h[:, 1], 8)]),
+    "uff_geometry_15": uff(geometry_sets(15)),
+    "uff_geometry_2411": uff(geometry_sets(2411)),
 }
 print(json.dumps(document, indent=0))

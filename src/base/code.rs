@@ -61,6 +61,7 @@ codes! {
     RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
     RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %; or the files of one test have rates that differ by more than 0.01 %. State the right one: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
+    UnknownPoint "unknown-point" 2 "A line or a channel names a point that no [[point]] of the sidecar declares."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
     TooShort "too-short" 2 "The record has fewer samples than the analysis needs."
     RatioMismatch "ratio-mismatch" 2 "The two encoders show another ratio than the tooth numbers make. The message says the measured one. Check --teeth (driver first), the lines of both encoders, and whether input and output are interchanged."

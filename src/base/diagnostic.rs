@@ -110,6 +110,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "A data set holds fewer values than its header states.",
     ),
     (
+        "local-axes",
+        Warning,
+        "Nodes of the UFF file lie or move in coordinate systems of their own, which are not read. Shapes of these nodes point along the wrong axes.",
+    ),
+    (
+        "channel-unplaced",
+        Warning,
+        "The geometry of the test places some of the response channels and not these, which do not move in the shapes on points. State `point` and `direction` of their [[channel]].",
+    ),
+    (
         "another-clock",
         Warning,
         "The file holds channels of several clocks: other rates, lengths or beginnings. Channels of one clock are analysed together; the others are reached by their names.",

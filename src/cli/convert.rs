@@ -10,6 +10,7 @@ use crate::base::error::{Error, Errors};
 use crate::base::text::pluralise;
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::FrequencyResponses;
+use crate::recording::geometry::Geometry;
 use crate::recording::preprocess::{self, unknown_channel};
 use crate::recording::raw::RawLog;
 use crate::recording::read_options::ReadOptions;
@@ -45,7 +46,11 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     let (options, sidecar) = args.log.options(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
     let mut files = OutputFiles::new(std::slice::from_ref(&args.to), &inputs)?;
-    let log = progress::open(&args.file, &options, args.quiet)?;
+    let mut log = progress::open(&args.file, &options, args.quiet)?;
+    let geometry = match options.geometry.is_empty() {
+        true => std::mem::take(&mut log.geometry),
+        false => options.geometry.clone(),
+    };
     let mut told = String::new();
     let content = content(log, options, &args.channel, &mut told)?;
     let form = if args.binary {
@@ -55,7 +60,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     };
     let name = args.to.display();
     files.write_with(&args.to, |mut to| {
-        write_as(&content, format, form, &mut to).map_err(|e| Error {
+        write_as(&content, &geometry, (format, form), &mut to).map_err(|e| Error {
             message: format!("{name}: {}", e.message),
             ..e
         })
@@ -117,18 +122,18 @@ fn select_outputs(
 
 fn write_as(
     content: &Content,
-    format: &str,
-    form: UffFormat,
+    geometry: &Geometry,
+    (format, form): (&str, UffFormat),
     to: &mut dyn Write,
 ) -> Result<(), Error> {
     let mut to = to;
     let header = Provenance::default().header();
     match (content, format) {
         (Content::Signals(r), "csv") => write::csv::write_recording(r, &mut to),
-        (Content::Signals(r), "uff") => write::uff::write_recording(r, form, &mut to),
+        (Content::Signals(r), "uff") => write::uff::write_recording(r, geometry, form, &mut to),
         (Content::Signals(r), _) => write::json::write_recording(r, &header, &mut to),
         (Content::Responses(r), "csv") => write::csv::write_responses(r, &mut to),
-        (Content::Responses(r), "uff") => write::uff::write_responses(r, form, &mut to),
+        (Content::Responses(r), "uff") => write::uff::write_responses(r, geometry, form, &mut to),
         (Content::Responses(r), _) => write::json::write_responses(r, &header, &mut to),
     }
 }

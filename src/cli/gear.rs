@@ -236,6 +236,7 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
         json: args.json,
         csv: args.csv.clone(),
         svg: None,
+        log: None,
         html: args.html.clone(),
         quiet: args.quiet,
     };

@@ -10,6 +10,7 @@ use super::present::Outputs;
 use super::{files, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::load;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::identify::transfer::export::{to_mat, write_csv};
@@ -19,8 +20,10 @@ use crate::plan::logs::identification::{self, IdentificationInput};
 use crate::plan::logs::identification_result::IdentificationResult;
 use crate::plan::logs::identify_study::IdentifyStudy;
 use crate::plan::logs::method::RequiredData;
+use crate::plan::logs::mode_comparison::{ModeComparison, ReferenceModes};
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::FrequencyResponses;
+use crate::recording::geometry::Geometry;
 use crate::recording::write;
 use crate::recording::write::uff::UffFormat;
 use crate::report::presentation::{LogReport, Provenance};
@@ -41,9 +44,11 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         }
     }
     let logs = logs::open_logs(&args.files, &args.log)?;
-    let figures = ["", "nyquist", "poles", "stabilisation"];
+    let figures = ["", "nyquist", "poles", "stabilisation", "shapes", "mac"];
     let others = [&args.export, &args.frf];
-    let mut outputs = Outputs::check(&args.out, &figures, &others, &logs::paths(&logs))?;
+    let inputs = [logs::paths(&logs), args.compare.iter().cloned().collect()].concat();
+    let mut outputs = Outputs::check(&args.out, &figures, &others, &inputs)?;
+    let reference = args.compare.as_deref().map(read_reference).transpose()?;
     let mut log = progress::open(&logs[0].path, &logs[0].options, args.out.quiet)?;
     let responses = log
         .responses
@@ -56,12 +61,13 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         let error = Error::new(Code::Conflict, message).with_hint(hint);
         return Err(error.with_file(&logs[0].path.display().to_string()).into());
     }
+    let mut geometry = logs::geometry(&logs, &mut log)?;
     let work = |source: IdentificationInput, study: &IdentifyStudy| {
         progress::with_spinner("identifying", args.out.quiet, || {
             identification::identify(source, study)
         })
     };
-    let (found, repairs) = match responses {
+    let (mut found, repairs) = match responses {
         Some(responses) => {
             let mut found = work(IdentificationInput::Responses(responses), &study)?;
             found.diagnostics.splice(0..0, log.diagnostics);
@@ -79,6 +85,9 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             };
             match test {
                 Test::Points(records) => {
+                    for record in &records {
+                        geometry.place_roving(record.inputs.iter().chain(&record.outputs));
+                    }
                     let mut found = work(IdentificationInput::Points(&records), &study)?;
                     let warnings = records.iter().flat_map(|r| &r.recording.diagnostics);
                     found.diagnostics.splice(0..0, once(warnings));
@@ -103,18 +112,29 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             }
         }
     };
+    found.place_shapes(geometry.clone())?;
+    if let Some(reference) = reference {
+        let shapes = found.modes.iter().map(|m| &m.mode.shape[..]);
+        let comparison = ModeComparison::new(&found.outputs, shapes, reference)?;
+        found.comparison = Some(comparison);
+    }
     if let Some(path) = &args.export {
         let bytes = export(path, args, &found)?;
         outputs.write(path, |to| write_all(path, &bytes, to))?;
     }
     if let Some(path) = &args.frf {
-        outputs.write(path, |to| write_responses(path, &found, to))?;
+        outputs.write(path, |to| write_responses(path, &found, &geometry, to))?;
     }
     outputs.present(&LogReport {
         title: logs::title(&args.files),
         repairs,
         result: found,
     })
+}
+
+/// The modes to compare with.
+fn read_reference(path: &Path) -> Result<ReferenceModes, Error> {
+    ReferenceModes::read(&path.display().to_string(), &load::load(path)?.text)
 }
 
 /// Messages of several files, equal ones once.
@@ -179,13 +199,14 @@ fn nothing_to_write(flag: &str, what: &str, found: &IdentificationResult) -> Err
 fn write_responses(
     path: &Path,
     found: &IdentificationResult,
+    geometry: &Geometry,
     mut to: &mut dyn Write,
 ) -> Result<(), Error> {
     let missing = || nothing_to_write("--frf", "frequency responses", found);
     let responses = found.responses.as_ref().ok_or_else(missing)?;
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => write::csv::write_responses(responses, &mut to),
-        Some("uff") => write::uff::write_responses(responses, UffFormat::Text, &mut to),
+        Some("uff") => write::uff::write_responses(responses, geometry, UffFormat::Text, &mut to),
         _ => write::json::write_responses(responses, &Provenance::default().header(), &mut to),
     }
 }

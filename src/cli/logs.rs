@@ -7,6 +7,7 @@ use super::progress;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::logs::points::PointRecord;
+use crate::recording::geometry::Geometry;
 use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{ReadOptions, Roving};
 use crate::recording::sidecar;
@@ -51,6 +52,28 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
         }));
     }
     Ok(all)
+}
+
+/// Geometry of a test: that of the sidecars, else that of the first log.
+///
+/// # Errors
+/// `conflict` where two sidecars state points and these differ.
+pub fn geometry(logs: &[LogInput], first: &mut RawLog) -> Result<Geometry, Error> {
+    let own = std::mem::take(&mut first.geometry);
+    let mut stated = logs.iter().filter(|log| !log.options.geometry.is_empty());
+    let Some(log) = stated.next() else {
+        return Ok(own);
+    };
+    if let Some(other) = stated.find(|other| other.options.geometry != log.options.geometry) {
+        let message = format!(
+            "{} and {} state different points",
+            log.path.display(),
+            other.path.display()
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .with_hint("list the logs in one sidecar (`files`) that states all points"));
+    }
+    Ok(log.options.geometry.clone())
 }
 
 /// Every file that is read, which no output may replace.

@@ -7,8 +7,10 @@ use super::args::OutputArgs;
 use super::destination::output_error;
 use super::files::{self, OutputFiles};
 use super::{footer, interrupt, output, progress};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
+use crate::report::figure::with_log_axis;
 use crate::report::page::{Section, page};
 use crate::report::presentation::{Presentation, StudyReport, document};
 use crate::scene::Scene;
@@ -31,6 +33,10 @@ impl<'a> Outputs<'a> {
         others: &[&Option<PathBuf>],
         inputs: &[PathBuf],
     ) -> Result<Outputs<'a>, Error> {
+        if args.log.is_some() && args.svg.is_none() && args.html.is_none() {
+            let message = "--log has no figure to change";
+            return Err(Error::new(Code::Usage, message).with_hint("add --svg FILE or --html FILE"));
+        }
         let mut named: Vec<PathBuf> = args.csv.iter().cloned().collect();
         // A device has no ending; a file of another kind is not replaced by a table.
         if let Some(path) = args.csv.as_ref().filter(|path| path.extension().is_some()) {
@@ -72,20 +78,27 @@ impl<'a> Outputs<'a> {
     pub fn present(mut self, result: &dyn Presentation) -> Result<u8, Errors> {
         let (args, whole) = (self.args, result.interruption().is_none());
         let mut notes = String::new();
+        // A refused axis leaves no file.
+        let shows_figures = args.svg.is_some() || args.html.is_some();
+        let figures = match (shows_figures && whole, args.log) {
+            (false, _) => Vec::new(),
+            (true, None) => result.figures()?,
+            (true, Some(axis)) => with_log_axis(result.figures()?, axis)?,
+        };
         if let Some(path) = args.csv.as_ref().filter(|_| whole) {
             let failed = |e| output_error(path, &e);
             let table = result.table();
             self.write(path, |to| table.write_csv(to).map_err(failed))?;
         }
         if let Some(path) = args.svg.as_ref().filter(|_| whole) {
-            for figure in result.figures()? {
+            for figure in &figures {
                 let path = files::sibling_path(path, figure.suffix);
                 self.files.write(&path, figure.svg().as_bytes())?;
             }
             notes = result.figure_notes();
         }
         if let Some(path) = args.html.as_ref().filter(|_| whole) {
-            let section = Section::new(&command_line(), result)?;
+            let section = Section::new(&command_line(), result, figures);
             let title = section.title().to_string();
             self.files
                 .write(path, page(&title, &command_line(), &[section]).as_bytes())?;

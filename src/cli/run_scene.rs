@@ -63,7 +63,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             }
         }
         if !html.is_empty() {
-            sections.push(Section::new(name, result)?);
+            sections.push(Section::new(name, result, result.figures()?));
         }
         if let Some(folder) = &args.svg {
             let path = folder.join(format!("{}-{name}.svg", documents.len() + 1));

@@ -14,6 +14,8 @@ pub mod initial_estimates;
 
 pub mod compare;
 
+pub mod point_shape;
+
 pub mod modal;
 
 mod validation;

@@ -15,6 +15,8 @@ pub mod stated_rates;
 
 pub mod resolution;
 
+pub mod geometry;
+
 pub mod raw;
 
 pub mod read_options;
@@ -52,5 +54,7 @@ pub mod faults;
 pub mod channel_statistics;
 
 pub mod write;
+
+mod sidecar_geometry;
 
 pub mod sidecar;

@@ -1,6 +1,7 @@
 //! Log file as written: values, units and time stamps, no repair applied.
 
 use super::frequency_responses::{FrequencyResponses, StoredSpectrum};
+use super::geometry::Geometry;
 use super::resolution::Resolution;
 use super::sample_column::SampleColumn;
 use super::stated_rates::StatedRate;
@@ -25,6 +26,8 @@ pub struct RawLog {
     pub responses: Option<FrequencyResponses>,
     /// Spectra, where the file holds them.
     pub spectra: Vec<StoredSpectrum>,
+    /// Points, lines and channels of the test, where the file holds them.
+    pub geometry: Geometry,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
     /// Parts passed over or changed on reading (footer lines, cells that hold no number), never silently.

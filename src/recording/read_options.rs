@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::geometry::Geometry;
 use super::raw::Repair;
 
 /// Options for reading a log. Options that are `None` are found from the file.
@@ -17,6 +18,8 @@ pub struct ReadOptions {
     pub time_unit: Option<String>,
     /// Options of single channels.
     pub channels: Vec<ChannelOptions>,
+    /// Points, lines and channels of the test.
+    pub geometry: Geometry,
     /// Only these channels are kept, in this order; all where empty.
     pub keep_channels: Vec<String>,
     /// Treatment of gaps.

@@ -17,10 +17,12 @@ use crate::base::table_reader::{TableReader, Word};
 use crate::base::tables::{read_table, read_tables};
 use crate::base::text::pluralise;
 use crate::base::toml::{self, Item, Value};
+use crate::recording::geometry::{ChannelPlace, Geometry};
 use crate::recording::raw::Repair;
 use crate::recording::read_options::{
     ChannelOptions, DialectOptions, GapPolicy, RateSource, ReadOptions, Roving, Trigger,
 };
+use crate::recording::sidecar_geometry::{read_geometry, read_place};
 
 /// Path of a log's sidecar: `run.csv` → `run.toml`.
 pub fn sidecar_path(log: &Path) -> PathBuf {
@@ -125,13 +127,17 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Erro
         "the known answer of a simulated recording, which geardyn does not read",
     );
     let mut options = read_table(&mut f, "log", log).unwrap_or_default();
-    let channels = read_tables(&mut f, "channel", channel);
+    let mut geometry = read_geometry(&mut f);
+    let channels = read_tables(&mut f, "channel", |f| channel(f, &geometry));
     f.finish();
     let mut errors = notes.errors;
     errors.extend(document.syntax_error.clone());
     Errors::into_result(errors, || ())?;
     options = flags.read_over(&document, "log", &notes.bare_si, options, log)?;
+    let (channels, places): (Vec<_>, Vec<_>) = channels.into_iter().unzip();
     options.channels = merge(channels, options.channels);
+    geometry.channels = places.into_iter().flatten().collect();
+    options.geometry = geometry;
     Ok(options)
 }
 
@@ -204,6 +210,7 @@ fn log(f: &mut TableReader) -> ReadOptions {
         time_column: text(f, "time"),
         time_unit: text(f, "time_unit"),
         channels: stated_channels(f),
+        geometry: Geometry::default(),
         keep_channels: Vec::new(),
         gaps: f.choice("gaps", &gaps).unwrap_or_default(),
         from_s: time(f, "after", ValueRange::NotNegative),
@@ -302,16 +309,18 @@ fn files(f: &mut TableReader) -> Vec<PathBuf> {
     all.unwrap_or_else(|| f.wrong_type("files", item, TAKES).unwrap_or_default())
 }
 
-fn channel(f: &mut TableReader) -> ChannelOptions {
+fn channel(f: &mut TableReader, geometry: &Geometry) -> (ChannelOptions, Option<ChannelPlace>) {
     f.require("name");
+    let place = read_place(f, geometry);
     let mut text = |key: &str| f.optional_text(key).map(str::to_string);
-    ChannelOptions {
+    let options = ChannelOptions {
         name: text("name").unwrap_or_default(),
         rename: text("rename"),
         unit: text("unit"),
         sensitivity: text("sensitivity"),
         overload: f.optional_number("overload", ValueRange::Positive),
-    }
+    };
+    (options, place)
 }
 
 /// A sidecar that says what was understood of a log, for somebody to correct.

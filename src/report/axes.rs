@@ -40,28 +40,25 @@ pub fn linear_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 /// Positions and texts of the grid of a logarithmic axis, its range in powers of ten; with a unit, texts have its prefix.
 pub fn log_ticks((low, high): (f64, f64), prefixed_unit: Option<&str>) -> Vec<(f64, String)> {
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
-    let text = |value: f64, decade: i32| match prefixed_unit {
-        Some(unit) => with_prefix(value, unit),
-        None if (-3..=4).contains(&decade) => super::number_format::four_digits(value),
-        None => format!("1e{decade}"),
+    let text = |digit: f64, decade: i32| match prefixed_unit {
+        Some(unit) => with_prefix(digit * 10f64.powi(decade), unit),
+        None if (-3..=4).contains(&decade) => {
+            super::number_format::four_digits(digit * 10f64.powi(decade))
+        }
+        None => format!("{digit}e{decade}"),
     };
     if last - first < 3 {
         // Few whole decades: 1, 2 and 5 of each.
         let all = (first - 1..=last).flat_map(|decade| [1.0, 2.0, 5.0].map(|d| (decade, d)));
         let each = all.map(|(decade, digit): (i32, f64)| {
-            let value = digit * 10f64.powi(decade);
-            let short = match prefixed_unit {
-                Some(unit) => with_prefix(value, unit),
-                None => super::number_format::four_digits(value),
-            };
-            (f64::from(decade) + digit.log10(), short)
+            (f64::from(decade) + digit.log10(), text(digit, decade))
         });
         return each.filter(|(at, _)| (low..=high).contains(at)).collect();
     }
     let step = ((last - first) / 8).max(1) as usize;
     let decades = (first..=last).step_by(step);
     decades
-        .map(|decade| (f64::from(decade), text(10f64.powi(decade), decade)))
+        .map(|decade| (f64::from(decade), text(1.0, decade)))
         .collect()
 }
 
@@ -108,18 +105,59 @@ pub fn draw_curve(
     }
 }
 
-/// A curve as spots, what lies outside the panel's height cut to its edge; runs of finite values only.
+/// A curve as spots, cut where it leaves the panel's height; runs of finite values only.
 pub fn clip_to_panel(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<Point2>> {
-    let mut all = vec![Vec::new()];
+    let mut all: Vec<Vec<Point2>> = vec![Vec::new()];
+    let mut before: Option<(f64, f64)> = None;
     for (x, y) in points {
-        let inside = x >= panel.x.0 && x <= panel.x.1 && y.is_finite();
-        match (inside, all.last_mut()) {
-            (true, Some(run)) => run.push(panel.to_canvas(x, y.clamp(panel.y.0, panel.y.1))),
-            (false, Some(run)) if !run.is_empty() => all.push(Vec::new()),
-            _ => {}
+        let is_shown = x >= panel.x.0 && x <= panel.x.1 && y.is_finite();
+        let ends = before
+            .filter(|_| is_shown)
+            .and_then(|from| clip(panel.y, from, (x, y)));
+        let is_inside = (panel.y.0..=panel.y.1).contains(&y);
+        let spots = match ends {
+            Some((from, to)) => {
+                let begins = all.last().is_none_or(Vec::is_empty);
+                vec![begins.then_some(from), Some(to)]
+            }
+            None if is_shown && is_inside => vec![Some((x, y))],
+            None => Vec::new(),
+        };
+        let spots = spots
+            .into_iter()
+            .flatten()
+            .map(|(x, y)| panel.to_canvas(x, y));
+        if let Some(run) = all.last_mut() {
+            run.extend(spots);
         }
+        if !(is_shown && is_inside) && all.last().is_some_and(|run| !run.is_empty()) {
+            all.push(Vec::new());
+        }
+        before = is_shown.then_some((x, y));
     }
     all.into_iter().map(thin).collect()
+}
+
+/// The part of a straight line between two heights; absent where it lies outside.
+fn clip(
+    (low, high): (f64, f64),
+    from: (f64, f64),
+    to: (f64, f64),
+) -> Option<((f64, f64), (f64, f64))> {
+    if from.1.max(to.1) < low || from.1.min(to.1) > high {
+        return None;
+    }
+    let at = |(x, y): (f64, f64)| {
+        let height = y.clamp(low, high);
+        match height == y {
+            true => (x, y),
+            false => {
+                let share = (height - from.1) / (to.1 - from.1);
+                (from.0 + share * (to.0 - from.0), height)
+            }
+        }
+    };
+    Some((at(from), at(to)))
 }
 
 /// Keeps, of the points that share a fifth of a point of width, only the highest and the lowest, in their order.
@@ -142,4 +180,54 @@ fn thin(run: Vec<Point2>) -> Vec<Point2> {
         kept.extend(pair.into_iter().map(|p| *p.1));
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A curve that leaves the panel ends at the edge and begins there again; none of it runs along the edge.
+    #[test]
+    fn exact_clipping() {
+        let panel = Panel::new((0.0, 10.0), (10.0, 0.0), (0.0, 10.0), (0.0, 10.0));
+        let clipped = |points: &[(f64, f64)]| -> Vec<Vec<Point2>> {
+            let runs = clip_to_panel(&panel, points.iter().copied());
+            runs.into_iter().filter(|run| run.len() > 1).collect()
+        };
+        let all = clipped(&[
+            (0.0, 5.0),
+            (1.0, -5.0),
+            (3.0, -8.0),
+            (4.0, -2.0),
+            (6.0, 2.0),
+        ]);
+        assert_eq!(
+            all,
+            [vec![(0.0, 5.0), (0.5, 0.0)], vec![(5.0, 0.0), (6.0, 2.0)]]
+        );
+        assert_eq!(
+            clipped(&[(2.0, -10.0), (6.0, 30.0)]),
+            [vec![(3.0, 0.0), (4.0, 10.0)]]
+        );
+        let gap = clipped(&[
+            (0.0, 1.0),
+            (1.0, 1.0),
+            (2.0, f64::NAN),
+            (3.0, 1.0),
+            (4.0, 1.0),
+        ]);
+        assert_eq!(gap.len(), 2);
+    }
+
+    #[test]
+    fn exact_texts_of_decades() {
+        let texts = |range| {
+            log_ticks(range, None)
+                .into_iter()
+                .map(|t| t.1)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(texts((-13.2, -12.9)), ["1e-13"]);
+        assert_eq!(texts((-0.1, 0.8)), ["1", "2", "5"]);
+    }
 }

@@ -19,6 +19,8 @@ pub(super) const PATTERN_HEIGHT: f64 = 0.45 * HEIGHT;
 pub(super) const TOP: f64 = 56.0;
 /// See [`TOP`].
 pub(super) const MARGIN: f64 = 30.0;
+/// Longest bar of length, points.
+const BAR: f64 = 120.0;
 /// Curve points of one pair of teeth.
 const PAIRS: i32 = 2;
 
@@ -97,6 +99,7 @@ pub fn draw_blanks(title: &str, file: &BevelFile) -> String {
     let ink = |member: usize| [BLUE, ORANGE][member];
     render_svg(WIDTH, TOP + scale.height() + MARGIN, |canvas| {
         canvas.title(title, MARGIN);
+        canvas.length_bar(scale.scale, BAR / scale.scale, (WIDTH - MARGIN, 18.0));
         key(
             canvas,
             &[("pinion", BLUE), ("gear", ORANGE), ("pitch cones", GREY)],

@@ -1,7 +1,9 @@
 //! Maps of deviations as coordinate-measuring machines draw them: each node lifted above its flank, before and after.
 
+use super::number_format::four_digits;
 use super::svg::{
-    Anchor, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, WIDTH, render_svg,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, WIDTH,
+    render_svg, ticks,
 };
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::measured_flank::{Deviations, FlankNode};
@@ -37,6 +39,7 @@ pub fn draw(title: &str, result: &CorrectionResult) -> String {
         let right = canvas.key_entry((COLUMNS[0], 36.0), "more metal", ORANGE, 1.6) + 16.0;
         let right = canvas.key_entry((right, 36.0), "less metal", BLUE, 1.6) + 16.0;
         canvas.key_entry((right, 36.0), "nominal flank", LIGHT_GREY, 1.6);
+        draw_scale(canvas, largest);
         for (f, side) in result.sides.iter().enumerate() {
             let bottom = TOP + ROW * (f + 1) as f64 - LIFT - 15.0;
             let nodes = &result.problem.flanks[f].nodes;
@@ -122,7 +125,27 @@ impl Map<'_> {
             let (x, y) = self.at([face, 0.5], 0.0);
             canvas.label(name, (x + aside, y + 4.0), anchor);
         }
+        for (height, name, below) in [(0.0, "root", 14.0), (1.0, "tip", -10.0)] {
+            let (x, y) = self.at([0.5, height], 0.0);
+            canvas.label(name, (x, y + below), Anchor::Middle);
+        }
     }
+}
+
+/// A round deviation as an upright bar, at the scale of the maps.
+fn draw_scale(canvas: &mut Canvas, largest: f64) {
+    let round = ticks((0.0, 0.7e6 * largest), 2);
+    let Some(deviation) = round.last().copied().filter(|d| *d > 0.0) else {
+        return;
+    };
+    let length = LIFT * deviation / (1e6 * largest);
+    let (x, foot) = (WIDTH - 90.0, 24.0 + length);
+    canvas.line((x, foot), (x, foot - length), BLACK, 1.6);
+    for end in [foot, foot - length] {
+        canvas.line((x - 4.0, end), (x + 4.0, end), BLACK, 1.2);
+    }
+    let text = format!("{} µm", four_digits(deviation));
+    canvas.label(&text, (x + 9.0, foot - 0.5 * length), Anchor::Start);
 }
 
 /// Runs of nodes in one direction, in the order of the file, and those across where all runs have one length.

@@ -2,6 +2,8 @@
 
 use super::axes::linear_range;
 use super::svg::LineStyle;
+use crate::base::code::Code;
+use crate::base::error::Error;
 
 /// One of the figures of a result.
 #[derive(Debug, Clone)]
@@ -44,6 +46,71 @@ impl Figure {
         let content = content.into();
         Figure { suffix, content }
     }
+}
+
+/// Axis of the first figure that a user wants logarithmic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LogAxis {
+    /// Abscissa.
+    X,
+    /// Ordinate.
+    Y,
+}
+
+/// Makes an axis of the first figure logarithmic: the abscissa of all its plots, or the ordinate of its first plot.
+///
+/// # Errors
+/// `conflict` where the figure has no axes or a map, or the axis holds a value that is not above zero.
+pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figure>, Error> {
+    let refuse =
+        |message: String, hint: &str| Err(Error::new(Code::Conflict, message).with_hint(hint));
+    let first = figures.first_mut().map(|figure| &mut figure.content);
+    let Some(FigureContent::Plots(column)) = first else {
+        return refuse("the figure has no axes for --log".into(), "leave --log out");
+    };
+    let count = match axis {
+        LogAxis::X => column.plots.len(),
+        LogAxis::Y => 1,
+    };
+    for plot in column.plots.iter_mut().take(count) {
+        if plot.map.is_some() || plot.equal_scales {
+            let message = "a map and a plot of equal scales keep linear axes";
+            return refuse(message.into(), "leave --log out");
+        }
+        let of_axis = |curve: &Curve| -> Vec<f64> {
+            match axis {
+                LogAxis::X => curve.x.clone(),
+                LogAxis::Y => {
+                    let ends = curve.interval.iter().flat_map(|i| [i.0, i.1]);
+                    curve.y.iter().copied().chain(ends).collect()
+                }
+            }
+        };
+        let least = plot
+            .curves
+            .iter()
+            .flat_map(of_axis)
+            .filter(|v| v.is_finite());
+        let least = least.fold(f64::INFINITY, f64::min);
+        let scale = match axis {
+            LogAxis::X => &mut plot.x,
+            LogAxis::Y => &mut plot.y,
+        };
+        if least <= 0.0 {
+            let message = format!(
+                "--log: the axis \"{}\" holds {least}, which has no logarithm",
+                scale.label
+            );
+            return refuse(
+                message,
+                "leave --log out, or request a range above zero where the command takes one",
+            );
+        }
+        scale.logarithmic = true;
+        scale.range = scale.range.filter(|range| range.0 > 0.0);
+        scale.ticks = Vec::new();
+    }
+    Ok(figures)
 }
 
 /// Plots one below the other with a common title.

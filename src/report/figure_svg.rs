@@ -5,6 +5,7 @@ use super::figure::{
     Axis, Curve, Figure, FigureContent, Ink, Mark, NamePlacement, Plot, PlotColumn, PointLabel,
 };
 use super::heatmap::{draw_map, map_ranges};
+use super::label_placement::{Frame, place_labels};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
     Point2, WIDTH, colour_from_rgb, lighten, render_svg, spread_labels, text_width, ticks, widest,
@@ -58,7 +59,11 @@ impl Figure {
 /// Draws a figure of plots.
 fn draw(figure: &PlotColumn) -> String {
     let key = key_rows(figure);
-    let mut at = TITLE + KEY_ROW * key.len() as f64 + 6.0;
+    let title = MARGIN_LEFT + text_width(&figure.title, super::svg::TITLE_SIZE);
+    let fits_title = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
+    // A note below the title has a row of its own or shares the first of the key.
+    let rows = key.len().max(usize::from(!fits_title));
+    let mut at = TITLE + KEY_ROW * rows as f64 + 6.0;
     let layout: Vec<Layout> = (figure.plots.iter().enumerate())
         .map(|(k, plot)| {
             let numbered = !figure.linked || k + 1 == figure.plots.len();
@@ -69,9 +74,7 @@ fn draw(figure: &PlotColumn) -> String {
         .collect();
     render_svg(WIDTH, at + 4.0, |canvas| {
         canvas.title(&figure.title, MARGIN_LEFT);
-        let title = MARGIN_LEFT + text_width(&figure.title, super::svg::TITLE_SIZE);
-        let beside = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
-        let note_height = if beside { 16.0 } else { TITLE + 10.0 };
+        let note_height = if fits_title { 16.0 } else { TITLE + 10.0 };
         canvas.note(
             &figure.note,
             (WIDTH - MARGIN_RIGHT, note_height),
@@ -214,11 +217,12 @@ fn end_names(plot: &Plot) -> Vec<EndName<'_>> {
 
 /// Ranges of both axes in their positions; absent where nothing is finite.
 fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
-    let map = plot.map.as_ref().and_then(map_ranges);
+    let map = plot.map.as_ref().map(map_ranges);
+    if map == Some(None) {
+        return None;
+    }
+    let map = map.flatten();
     let over = |axis: &Axis, values: &dyn Fn(&Curve) -> Vec<f64>, tight: bool| {
-        if let Some((low, high)) = axis.range {
-            return Some((axis.position(low), axis.position(high)));
-        }
         let all = || plot.curves.iter().flat_map(values);
         match (axis.logarithmic, tight) {
             (true, _) => log_range(all()),
@@ -237,11 +241,15 @@ fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
         let ends = curve.interval.iter().flat_map(|i| [i.0, i.1]);
         curve.y.iter().copied().chain(ends).collect()
     };
-    let x = map
-        .map(|m| m.0)
+    let stated = |axis: &Axis| {
+        axis.range
+            .map(|(a, b)| (axis.position(a), axis.position(b)))
+    };
+    let x = stated(&plot.x)
+        .or_else(|| map.map(|m| m.0))
         .or_else(|| over(&plot.x, &abscissae, true))?;
-    let y = map
-        .map(|m| m.1)
+    let y = stated(&plot.y)
+        .or_else(|| map.map(|m| m.1))
         .or_else(|| over(&plot.y, &ordinates, false))?;
     Some((x, y))
 }
@@ -283,8 +291,8 @@ fn draw_plot(canvas: &mut Canvas, plot: &Plot, layout: &Layout) {
     let position = |l: &PointLabel| (plot.x.position(l.x), plot.y.position(l.y), l.text.clone());
     let labels: Vec<_> = plot.labels.iter().map(position).collect();
     match plot.upright_labels {
-        true => name_upright(canvas, &panel, &labels),
-        false => name_peaks(canvas, &panel, &labels),
+        true => name_upright(canvas, &panel, &labels, plot.map.is_some()),
+        false => name_peaks(canvas, &panel, plot, &labels),
     }
     name_ends(canvas, &panel, plot);
 }
@@ -359,10 +367,31 @@ fn draw_guides(canvas: &mut Canvas, panel: &Panel, plot: &Plot) {
         } else {
             LineStyle::Solid
         };
-        canvas.polyline(&ends, GREY, 0.8, style);
+        let ink = if plot.map.is_some() { LIGHT_GREY } else { GREY };
+        canvas.polyline(&ends, ink, 0.8, style);
+        if !guide.vertical && plot.map.is_some() {
+            name_on_map(canvas, &guide.name, (panel.across.0 + 5.0, ends[0].1 - 7.0));
+            continue;
+        }
         let corner = (panel.across.1, panel.down.1 + 30.0);
         canvas.note(&guide.name, corner, Anchor::End);
     }
+}
+
+/// A name on dark ground, so that it can be read on any level of a map, from its left end.
+fn name_on_map(canvas: &mut Canvas, text: &str, (left, height): Point2) {
+    if text.is_empty() {
+        return;
+    }
+    let half = 0.5 * SMALL + 1.0;
+    let right = left + text_width(text, SMALL);
+    canvas.fill_rect(
+        (left - 1.0, height - half),
+        (right + 1.0, height + half),
+        BLACK,
+    );
+    let middle = (0.5 * (left + right), height);
+    canvas.text(text, middle, SMALL, LIGHT_GREY, Anchor::Middle);
 }
 
 fn draw_curve(canvas: &mut Canvas, panel: &Panel, plot: &Plot, curve: &Curve) {
@@ -438,9 +467,21 @@ fn name_ends(canvas: &mut Canvas, panel: &Panel, plot: &Plot) {
     }
 }
 
-/// Names points upright above a panel: positions on both axes, text.
-fn name_upright(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)]) {
+/// Names points upright above a panel: positions on both axes, text. On a map the points below its upper edge are named at the right end.
+fn name_upright(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)], is_map: bool) {
     let top = panel.down.0;
+    let leaves = |l: &&(f64, f64, String)| !is_map || panel.canvas_y(l.1) <= top + 2.0;
+    let (labels, inside): (Vec<_>, Vec<_>) = labels.iter().partition(leaves);
+    let heights: Vec<f64> = inside.iter().map(|l| panel.canvas_y(l.1) - 7.0).collect();
+    let room = (top + 8.0, panel.down.1 - 8.0);
+    for (label, height) in inside
+        .iter()
+        .zip(spread_labels(&heights, SMALL + 3.0, room))
+    {
+        let right = panel.across.1 - 5.0;
+        let left = right - text_width(&label.2, SMALL);
+        name_on_map(canvas, &label.2, (left, height));
+    }
     let wanted: Vec<f64> = labels.iter().map(|l| panel.canvas_x(l.0)).collect();
     for ((x, y, text), right) in labels
         .iter()
@@ -452,72 +493,44 @@ fn name_upright(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)
     }
 }
 
-/// Names points above a panel, the more important first: positions on both axes, text. As many are named as have room.
-fn name_peaks(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)]) {
-    const SPACING: f64 = 8.0;
-    let top = panel.down.0;
-    let wanted = |l: &(f64, f64, String)| (panel.canvas_x(l.0), text_width(&l.2, SMALL) + SPACING);
-    let wanted: Vec<(f64, f64)> = labels.iter().map(wanted).collect();
-    let spread = place_labels(&wanted, (SPACING, WIDTH - SPACING));
-    for ((x, y, text), right) in labels.iter().zip(spread) {
-        let spot = panel.to_canvas(*x, *y);
-        canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), LIGHT_GREY, 0.7);
-        canvas.stroke_circle(spot, 2.6, BLACK, 1.0);
-        canvas.text(text, (right, top - 11.0), SMALL, BLACK, Anchor::Middle);
-    }
-}
-
-/// The middles of labels, from the places wanted and their widths: as many of the first as fit, side by side in their order.
-fn place_labels(wanted: &[(f64, f64)], (low, high): (f64, f64)) -> Vec<f64> {
-    let mut room = high - low;
-    let mut fits = |(_, width): &&(f64, f64)| {
-        room -= width;
-        room >= 0.0
+/// Names points next to them, the more important first: positions on both axes, text. As many are named as have room.
+fn name_peaks(canvas: &mut Canvas, panel: &Panel, plot: &Plot, labels: &[(f64, f64, String)]) {
+    const ROOM: f64 = 4.0;
+    let points: Vec<Point2> = labels.iter().map(|l| panel.to_canvas(l.0, l.1)).collect();
+    let widths: Vec<f64> = labels
+        .iter()
+        .map(|l| text_width(&l.2, SMALL) + ROOM)
+        .collect();
+    let room = Frame {
+        across: panel.across,
+        down: (panel.down.0 - LABEL_ROW + 2.0, panel.down.1),
     };
-    let kept: Vec<(f64, f64)> = wanted.iter().take_while(|w| fits(w)).copied().collect();
-    let mut order: Vec<usize> = (0..kept.len()).collect();
-    order.sort_by(|&a, &b| kept[a].0.total_cmp(&kept[b].0));
-    let mut middles = vec![0.0; kept.len()];
-    let mut from = low;
-    for &i in &order {
-        let (wanted, width) = kept[i];
-        middles[i] = wanted.max(from + 0.5 * width);
-        from = middles[i] + 0.5 * width;
-    }
-    let mut to = high;
-    for &i in order.iter().rev() {
-        let width = kept[i].1;
-        middles[i] = middles[i].min(to - 0.5 * width);
-        to = middles[i] - 0.5 * width;
-    }
-    middles
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Labels never overlap nor leave the plot; of too many the first stay.
-    #[test]
-    fn law_labels_have_room() {
-        let mut rng = fastrand::Rng::with_seed(9);
-        for _ in 0..200 {
-            let count = rng.usize(0..30);
-            let label = |_| (900.0 * rng.f64(), 10.0 + 200.0 * rng.f64());
-            let wanted: Vec<(f64, f64)> = (0..count).map(label).collect();
-            let middles = place_labels(&wanted, (8.0, 892.0));
-            let ends = |i: usize| {
-                (
-                    middles[i] - 0.5 * wanted[i].1,
-                    middles[i] + 0.5 * wanted[i].1,
-                )
-            };
-            for i in 0..middles.len() {
-                assert!(ends(i).0 > 8.0 - 1e-9 && ends(i).1 < 892.0 + 1e-9);
-                let apart =
-                    |j: usize| ends(i).1 <= ends(j).0 + 1e-9 || ends(j).1 <= ends(i).0 + 1e-9;
-                assert!((0..i).all(apart));
-            }
+    let placed = place_labels(&points, &widths, SMALL + ROOM, &room, &traced(panel, plot));
+    for ((spot, middle), (.., text)) in points.iter().zip(placed).zip(labels) {
+        canvas.stroke_circle(*spot, 2.6, BLACK, 1.0);
+        if let Some(middle) = middle {
+            canvas.text(text, middle, SMALL, BLACK, Anchor::Middle);
         }
     }
+}
+
+/// Spots along the lines of a plot, so near to each other that no name lies between two.
+fn traced(panel: &Panel, plot: &Plot) -> Vec<Point2> {
+    const APART: f64 = 4.0;
+    let position = |(x, y): (&f64, &f64)| (plot.x.position(*x), plot.y.position(*y));
+    let lines = plot
+        .curves
+        .iter()
+        .filter(|c| matches!(c.mark, Mark::Line(..)));
+    let runs = lines.flat_map(|c| clip_to_panel(panel, c.x.iter().zip(&c.y).map(position)));
+    let mut spots = Vec::new();
+    for run in runs {
+        for pair in run.windows(2) {
+            let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+            let count = ((x1 - x0).hypot(y1 - y0) / APART).ceil().clamp(1.0, 1000.0);
+            let share = |k: f64| (x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count);
+            spots.extend((0..count as usize).map(|k| share(k as f64)));
+        }
+    }
+    spots
 }

@@ -110,7 +110,7 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
             let text = format!("{}, {}", names[k], circle_text(pair, k));
             canvas.text(&text, (24.0, HEIGHT + y), 10.0, gear.ink, Anchor::Start);
         }
-        draw_scale(canvas, &place, module);
+        canvas.length_bar(place.scale, 2.0 * module, (WIDTH - 24.0, 18.0));
     })
 }
 
@@ -139,19 +139,6 @@ fn circle_text(pair: &Pair, k: usize) -> String {
     };
     let all: Vec<String> = circles(pair, k).into_iter().map(circle).collect();
     format!("{} teeth, diameters in mm: {}", gear.teeth, all.join(", "))
-}
-
-/// A bar of about two modules and its length.
-fn draw_scale(canvas: &mut Canvas, place: &Place, module: f64) {
-    let wanted = 2e3 * module;
-    let decade = 10f64.powf(wanted.log10().floor());
-    let steps = [1.0, 2.0, 5.0].into_iter().map(|step| step * decade);
-    let length = steps.filter(|step| *step <= wanted).fold(decade, f64::max);
-    let (right, y) = (WIDTH - 24.0, 18.0);
-    let left = right - 1e-3 * length * place.scale;
-    canvas.line((left, y), (right, y), BLACK, 1.6);
-    let text = format!("{length} mm");
-    canvas.text(&text, (left - 6.0, y + 3.5), 10.0, BLACK, Anchor::End);
 }
 
 /// Points of an arc between the names of two circles of a gear.
@@ -265,14 +252,14 @@ pub fn profile(title: &str, pair: &Pair, modifications: &[FlankModification; 2])
     let mut figure = PlotColumn::of_lines(title, axes, [line(0), line(1)]);
     let points = pair.path_points();
     let names = [
-        ("pinion, start of contact", points.a.roll[0]),
-        ("pinion, end", points.e.roll[0]),
-        ("gear, start of contact", points.e.roll[1]),
-        ("gear, end", points.a.roll[1]),
+        ("pinion, start of contact", 0, points.a.roll[0]),
+        ("pinion, end", 0, points.e.roll[0]),
+        ("gear, start of contact", 1, points.e.roll[1]),
+        ("gear, end", 1, points.a.roll[1]),
     ];
-    let label = |(name, roll): &(&str, f64)| PointLabel {
+    let label = |(name, k, roll): &(&str, usize, f64)| PointLabel {
         x: 1e3 * roll,
-        y: 0.0,
+        y: -1e6 * modifications[*k].removed(*roll, path.flank_ends[*k], 0.5) + 0.0,
         text: name.to_string(),
     };
     for plot in &mut figure.plots {

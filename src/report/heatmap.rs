@@ -48,7 +48,7 @@ pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
     };
     for column in &cells.columns {
         let across = (
-            panel.canvas_x(column.from),
+            panel.canvas_x(column.from).max(panel.across.0),
             (panel.canvas_x(column.to) + OVERLAP).min(panel.across.1),
         );
         let step = |level: &f64| step_of(*level, scale);

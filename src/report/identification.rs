@@ -9,10 +9,13 @@ use super::fdd_plot::{self, FddPlot, PlottedBell};
 use super::figure::Figure;
 use super::identification_table::{self, auto_mac};
 use super::json::complex;
+use super::mac_plot;
 use super::mode_tracking;
+use super::point_shapes;
 use super::pole_plots::{self, PlottedStability, StabilisationPlot};
 use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact, or_blank};
+use super::view::View;
 use crate::base::error::Error;
 use crate::identify::compare;
 use crate::identify::modal::stabilisation::PoleStability;
@@ -22,7 +25,7 @@ use crate::numeric::Complex;
 use crate::plan::logs::diagnostics::{coherence_at, window_damping_ratio};
 use crate::plan::logs::frf_estimation::HitSummary;
 use crate::plan::logs::identification_result::{
-    Evidence, IdentificationResult, IdentifiedHarmonic, IdentifiedMode, PickedPeak,
+    Evidence, IdentificationResult, IdentifiedHarmonic, IdentifiedMode, PickedPeak, PointShapes,
 };
 use crate::plan::logs::method::structure_text;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse};
@@ -52,8 +55,8 @@ impl Presentation for LogReport<IdentificationResult> {
             "driving_point": found.driving_point.as_ref().map(|d| json!({ "input": d.input, "output": d.output, "modal_mass_unit": d.unit })),
             "reciprocity": found.reciprocity.iter().map(|r| json!({ "first": { "output": r.first.0, "input": r.first.1 }, "second": { "output": r.second.0, "input": r.second.1 }, "difference": r.difference, "explained": r.explained, "beyond_noise": r.is_broken() })).collect::<Vec<_>>(),
             "window_decay_1_s": found.window_decay(),
-            "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
-            "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
+            "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m, found.point_shapes.as_ref())).collect::<Vec<_>>(),
+            "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m, None)).collect::<Vec<_>>(),
             "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
             "omitted": omitted.collect::<Vec<_>>(),
             "course": found.tracking().map_or(Value::Array(Vec::new()), mode_tracking::json),
@@ -66,12 +69,16 @@ impl Presentation for LogReport<IdentificationResult> {
             "fit_error": found.fit_error,
             "frac": synthesis_errors(found).iter().map(|s| s.0).collect::<Vec<_>>(),
             "auto_mac": auto_mac(found),
+            "comparison": found.comparison.as_ref().map(|with| mac_plot::json(found, with)),
+            "geometry": found.point_shapes.as_ref().map(point_shapes::geometry_json),
             "transfer_functions": functions,
         }))
     }
 
     fn text(&self) -> String {
-        identification_table::text(&self.result)
+        let with = self.result.comparison.as_ref();
+        let compared = or_blank(with, |with| mac_plot::text(&self.result, with));
+        identification_table::text(&self.result) + &compared
     }
 
     fn table(&self) -> Table<'_> {
@@ -94,7 +101,9 @@ impl Presentation for LogReport<IdentificationResult> {
                 pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
             };
             let plot = tracks.or(diagram).or_else(peaks).unwrap_or_else(poles);
-            return Ok(vec![Figure::first(plot)]);
+            let mut all = vec![Figure::first(plot)];
+            all.extend(shape_figures(found, name));
+            return Ok(all);
         };
         let transfer = found.functions.first();
         let poles = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
@@ -110,7 +119,20 @@ impl Presentation for LogReport<IdentificationResult> {
             Figure::new("poles", pole_plots::pole_zero(&title, &poles, &zeros)),
         ];
         all.extend(diagram.map(|plots| Figure::new("stabilisation", plots)));
+        all.extend(shape_figures(found, name));
         Ok(all)
+    }
+
+    fn views(&self) -> Vec<View> {
+        let shapes = self
+            .result
+            .point_shapes
+            .as_ref()
+            .filter(|_| !self.result.modes.is_empty());
+        shapes
+            .map(|s| point_shapes::view(&self.result, s))
+            .into_iter()
+            .collect()
     }
 
     fn notes(&self) -> String {
@@ -126,7 +148,28 @@ impl Presentation for LogReport<IdentificationResult> {
     }
 }
 
-fn mode(found: &IdentificationResult, k: usize, mode: &IdentifiedMode) -> Value {
+/// Shapes on the points of the test and the MAC matrix, where these are known.
+fn shape_figures(found: &IdentificationResult, name: &str) -> Vec<Figure> {
+    if found.modes.is_empty() {
+        return Vec::new();
+    }
+    let shapes = found.point_shapes.as_ref().map(|shapes| {
+        let drawing = point_shapes::draw(found, shapes, &format!("{name}: mode shapes"));
+        Figure::new("shapes", drawing)
+    });
+    let mac = found.comparison.as_ref().map(|with| {
+        let drawing = mac_plot::draw(found, with, &format!("{name}: modal assurance criterion"));
+        Figure::new("mac", drawing)
+    });
+    shapes.into_iter().chain(mac).collect()
+}
+
+fn mode(
+    found: &IdentificationResult,
+    k: usize,
+    mode: &IdentifiedMode,
+    on_points: Option<&PointShapes>,
+) -> Value {
     let f = mode.frequency_hz();
     let over = |terminals: &[ChannelLabel], values: &[Complex]| -> Map<String, Value> {
         let names = terminals.iter().map(|t| t.name.clone());
@@ -160,6 +203,7 @@ fn mode(found: &IdentificationResult, k: usize, mode: &IdentifiedMode) -> Value 
         "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),
         "complexity": shaped.then(|| compare::off_axis_share(shape)),
         "shape": over(&found.outputs, &mode.mode.shape),
+        "shape_on_points": on_points.map(|shapes| point_shapes::shape_json(shapes, k)),
         "modal_mass": mode.modal_mass.map(complex),
         "participation": several.then(|| over(&found.inputs, &mode.participation)),
     })

@@ -1,9 +1,10 @@
 //! Gear charts over the teeth: pitch, single-flank records, profile and helix traces.
 
 use super::axes::{draw_curve, draw_frame, linear_range};
+use super::number_format::four_digits;
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel, WIDTH,
-    lighten, render_svg, ticks, truncate_label,
+    lighten, render_svg, text_width, ticks, truncate_label,
 };
 use crate::gear::measurement::pitch::PitchDeviations;
 use crate::gear::measurement::trace::MeanLine;
@@ -15,6 +16,8 @@ const ACROSS: (f64, f64) = (66.0, WIDTH - 16.0);
 /// Room above a panel for its title and below for its axis.
 const ABOVE: f64 = 30.0;
 const BELOW: f64 = 40.0;
+/// Room for the key of traces.
+const KEY: f64 = 18.0;
 
 /// All charts below each other; `None` where there is nothing to draw unrolled.
 pub fn draw_charts(title: &str, plots: &[ChartPlot]) -> Option<String> {
@@ -37,7 +40,7 @@ pub fn draw_charts(title: &str, plots: &[ChartPlot]) -> Option<String> {
 fn height(plots: &ChartPlot) -> Option<f64> {
     match plots {
         ChartPlot::Pitch { .. } => Some(150.0),
-        ChartPlot::Traces { .. } => Some(250.0),
+        ChartPlot::Traces { .. } => Some(250.0 + KEY),
         ChartPlot::Record { .. } => Some(150.0),
         ChartPlot::Runout { .. } => Some(110.0),
     }
@@ -66,6 +69,7 @@ fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
         } => {
             let what = if *is_profile { "profile" } else { "helix" };
             let title = format!("{what}, {}", flanks(*side));
+            let down = (down.0 + KEY, down.1);
             draw_traces(canvas, &title, (along, *range, design), traces, down);
         }
         ChartPlot::Record {
@@ -234,6 +238,18 @@ fn draw_traces(
         let panel = Panel::new((left + 6.0, left + lane - 6.0), down, (low, high), y);
         let zero = panel.canvas_x(0.0);
         canvas.line((zero, down.0), (zero, down.1), LIGHT_GREY, 1.0);
+        for value in ticks((low, high), 2) {
+            let x = panel.canvas_x(value);
+            canvas.line((x, down.0), (x, down.0 + 3.0), GREY, 0.6);
+            let text = four_digits(value);
+            canvas.text(
+                &text,
+                (x, down.0 + 9.0),
+                LABEL_SIZE - 2.0,
+                GREY,
+                Anchor::Middle,
+            );
+        }
         let curve = |values: &mut dyn Iterator<Item = (f64, f64)>| -> Vec<_> {
             values
                 .map(|(x, y)| panel.to_canvas(1e6 * y, 1e3 * x))
@@ -269,9 +285,29 @@ fn draw_traces(
         .copied()
         .unwrap_or(1.0);
     let long = bar / (high - low) * (lane - 12.0);
-    let (end, at) = (ACROSS.1, down.0 - 12.0);
+    let (end, at) = (ACROSS.1, down.0 - 12.0 - KEY);
     canvas.line((end - long, at), (end, at), BLACK, 2.0);
     let said = format!("surplus to the right, {bar} µm");
     canvas.label(&said, (end - long - 8.0, at), Anchor::End);
     canvas.label(title, (ACROSS.0, at), Anchor::Start);
+    draw_trace_key(canvas, down.0 - 12.0, design.iter().any(|d| *d != 0.0));
+}
+
+/// Names the lines of traces.
+fn draw_trace_key(canvas: &mut Canvas, height: f64, has_design: bool) {
+    let lines = [
+        ("trace", BLACK, LineStyle::Solid),
+        ("mean line, slope f_H in µm", BLUE, LineStyle::Solid),
+        ("ends of the evaluation range", ORANGE, LineStyle::Dashed),
+        ("design", GREY, LineStyle::Dashed),
+    ];
+    let mut left = ACROSS.0;
+    for (name, ink, style) in &lines[..if has_design { 4 } else { 3 }] {
+        let ends = [(left, height), (left + 18.0, height)];
+        canvas.polyline(&ends, *ink, 1.4, *style);
+        canvas.label(name, (left + 23.0, height), Anchor::Start);
+        left += 39.0 + text_width(name, LABEL_SIZE);
+    }
+    let note = "numbers in the lanes: µm";
+    canvas.note(note, (left, height), Anchor::Start);
 }

@@ -10,6 +10,8 @@ pub mod axes;
 
 pub mod figure;
 
+mod label_placement;
+
 mod heatmap;
 
 mod figure_svg;
@@ -63,6 +65,10 @@ pub mod modes;
 pub mod mode_tracking;
 
 pub mod identification_table;
+
+mod point_shapes;
+
+mod mac_plot;
 
 pub mod identification;
 

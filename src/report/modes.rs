@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use serde_json::{Map, Value, json};
 
 use super::energy_matrix_plot::draw_energy_matrix;
-use super::figure::Figure;
+use super::figure::{Figure, PlotColumn};
 use super::json::complex;
 use super::mode_shape_plot::draw_mode_shapes;
 use super::mode_text::dominant_elements_text;
@@ -141,7 +141,8 @@ impl Presentation for ModesReport<'_> {
         if let Some(found) = &result.campbell {
             let operating = operating_rpm(&machine.machine, &found.reference);
             let figure = campbell::figure(found, machine.model.rigid.len(), operating);
-            return Ok(vec![Figure::first(figure)]);
+            let title = self.scene.model.title.clone();
+            return Ok(vec![Figure::first(PlotColumn { title, ..figure })]);
         }
         Ok(vec![
             Figure::first(draw_mode_shapes(machine, result, PANELS)),

@@ -15,6 +15,8 @@ const HEIGHT: f64 = 640.0;
 const TOP: f64 = 56.0;
 /// See [`TOP`].
 const MARGIN: f64 = 24.0;
+/// Longest bar of length, points.
+const BAR: f64 = 120.0;
 /// Points of a centrode.
 const POINTS: usize = 720;
 
@@ -46,6 +48,7 @@ pub fn draw_centrodes(
     };
     render_svg(WIDTH, TOP + scale * size[1] + MARGIN, |canvas| {
         canvas.text(title, (MARGIN, 18.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.length_bar(scale, BAR / scale, (WIDTH - MARGIN, 18.0));
         let mut right = MARGIN;
         for (name, ink) in [("pinion", BLUE), ("gear", ORANGE)] {
             right = canvas.key_entry((right, 36.0), name, ink, 1.2) + 16.0;

@@ -3,6 +3,7 @@
 use super::axes::{linear_range, log_range};
 use super::figure::{Axis, Curve, GREY_INK, Guide, Ink, Mark, Plot, PlotColumn};
 use super::svg::{LineStyle, ticks};
+use crate::base::text::pluralise;
 use crate::numeric::Complex;
 
 /// Poles (crosses) and zeros (rings), upper half plane, rad/s.
@@ -43,7 +44,7 @@ pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> PlotColum
     PlotColumn {
         note: match far {
             0 => String::new(),
-            far => format!("{far} zeros beyond the range shown"),
+            far => format!("{} beyond the range shown", pluralise(far, "zero")),
         },
         ..PlotColumn::one(title, plot)
     }

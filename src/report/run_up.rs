@@ -185,27 +185,28 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
         .fold(0.0, f64::max);
     let top = if highest > 0.0 { top.min(highest) } else { top };
     let step = top / LINES as f64;
+    let speeds = map_speeds(&result.speeds);
     let row = |at: usize| {
         let mut row = vec![0.0; LINES];
         // An order passes all frequencies between the speeds half way to the neighbours.
-        let [before, after] = [at.saturating_sub(1), (at + 1).min(result.speeds.len() - 1)];
-        let ends =
-            [before, after].map(|other| 0.5 * (result.speeds[at] + result.speeds[other]).abs());
+        let [before, after] = [at.saturating_sub(1), (at + 1).min(speeds.len() - 1)];
+        let ends = [before, after].map(|other| 0.5 * (speeds[at] + speeds[other]).abs());
         for (number, e) in sized_excitations(result) {
             let line = |speed: f64| (e.order * speed / TAU / step) as usize;
             let (low, high) = (line(ends[0].min(ends[1])), line(ends[0].max(ends[1])));
             if let Some(Some(column)) = result.amplitudes.first().map(|t| &t[number]) {
+                let amplitude = between(&result.speeds, column, speeds[at]);
                 let cells = row.iter_mut().take(high.saturating_add(1)).skip(low);
-                cells.for_each(|cell| *cell += column[at].powi(2));
+                cells.for_each(|cell| *cell += amplitude.powi(2));
             }
         }
         row.into_iter().map(decibels).collect::<Vec<f64>>()
     };
     let map = LevelMap {
         label: format!("amplitude, dB re 1 {unit}"),
-        x: result.speeds.iter().map(|&s| rpm(s)).collect(),
+        x: speeds.iter().map(|&s| rpm(s)).collect(),
         y: (0..LINES).map(|k| (k as f64 + 0.5) * step).collect(),
-        columns: (0..result.speeds.len()).map(row).collect(),
+        columns: (0..speeds.len()).map(row).collect(),
     };
     let speed = format!("speed of {}, rpm", result.node);
     let orders = order_lines(result, top);
@@ -218,19 +219,68 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
     let mut modes: Vec<f64> = modes.take(MODE_LINES).collect();
     modes.sort_by(f64::total_cmp);
     modes.dedup_by(|a, b| (*a - *b).abs() < 0.5 * step);
+    let mut named = f64::NEG_INFINITY;
+    let guide = |f: f64| {
+        // Names nearer than a line of text would cover each other.
+        let has_room = f - named > 0.03 * top;
+        if has_room {
+            named = f;
+        }
+        let name = format!("mode at {} Hz", four_digits(f));
+        Guide {
+            name: if has_room { name } else { String::new() },
+            ..Guide::horizontal(f)
+        }
+    };
+    let ends = (rpm(speeds[0]), rpm(speeds[speeds.len() - 1]));
+    let across = match ends.0 < ends.1 {
+        true => Axis::linear(speed).over(ends.0, ends.1),
+        false => Axis::linear(speed),
+    };
     let plot = Plot {
         map: Some(map),
-        guides: modes.into_iter().map(Guide::horizontal).collect(),
+        guides: modes.into_iter().map(guide).collect(),
         curves: orders,
         labels,
         upright_labels: true,
-        ..Plot::new(Axis::linear(speed), Axis::linear("frequency, Hz"))
+        ..Plot::new(across, Axis::linear("frequency, Hz").over(0.0, top))
     };
     let title = format!("{title}: {name} over the speed of {}", result.node);
     PlotColumn {
-        note: "dotted: natural frequencies of the highest critical speeds".into(),
+        note: "amplitudes between computed speeds interpolated; dotted: orders, natural frequencies of the highest critical speeds".into(),
         ..PlotColumn::one(title, plot)
     }
+}
+
+/// Columns of a map at least.
+const COLUMNS: usize = 240;
+
+/// Even speeds from the first to the last, at least as many as there are.
+fn map_speeds(speeds: &[f64]) -> Vec<f64> {
+    let (first, last) = (speeds[0], speeds[speeds.len() - 1]);
+    let count = match speeds.len() {
+        1 => 1,
+        n => n.max(COLUMNS),
+    };
+    let share = |k: usize| k as f64 / (count - 1).max(1) as f64;
+    (0..count)
+        .map(|k| first + (last - first) * share(k))
+        .collect()
+}
+
+/// A value on the straight lines between the points of a curve over rising speeds.
+fn between(speeds: &[f64], values: &[f64], speed: f64) -> f64 {
+    let after = speeds
+        .partition_point(|s| *s <= speed)
+        .min(speeds.len() - 1);
+    let before = after.saturating_sub(1);
+    let width = speeds[after] - speeds[before];
+    let share = if width > 0.0 {
+        (speed - speeds[before]) / width
+    } else {
+        0.0
+    };
+    values[before] + share * (values[after] - values[before])
 }
 
 /// Orders named on a map: those with the largest amplitudes of the first output.

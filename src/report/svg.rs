@@ -202,6 +202,18 @@ impl Canvas<'_> {
         left + 23.0 + text_width(text, LABEL_SIZE)
     }
 
+    /// A bar of a round length up to `longest`, m, that ends at a point, and its length; of a drawing of so many points a metre.
+    pub fn length_bar(&mut self, points_per_metre: f64, longest: f64, (right, y): Point2) {
+        let longest = 1e3 * longest;
+        let decade = 10f64.powf(longest.log10().floor());
+        let steps = [1.0, 2.0, 5.0].into_iter().map(|step| step * decade);
+        let length = steps.filter(|step| *step <= longest).fold(decade, f64::max);
+        let left = right - 1e-3 * length * points_per_metre;
+        self.line((left, y), (right, y), BLACK, 1.6);
+        let text = format!("{length} mm");
+        self.text(&text, (left - 6.0, y), LABEL_SIZE - 1.0, BLACK, Anchor::End);
+    }
+
     /// A text in place of a missing curve, about its middle.
     pub fn placeholder(&mut self, text: &str, middle: Point2) {
         self.text(text, middle, TITLE_SIZE, GREY, Anchor::Middle);
@@ -393,8 +405,11 @@ pub fn ticks((low, high): (f64, f64), about: usize) -> Vec<f64> {
         return vec![low];
     }
     let decade = 10f64.powf(rough.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0].map(|s| s * decade);
-    let step = steps.into_iter().find(|&s| s >= rough).unwrap_or(rough);
+    let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|s| s * decade);
+    let at = steps.iter().position(|&s| s >= rough).unwrap_or(0);
+    // An axis with one number has no scale: at least two steps.
+    let is_short = at > 0 && high - low < 2.0 * steps[at];
+    let step = steps[if is_short { at - 1 } else { at }];
     let slack = 1e-9 * step; // so that an end that is a round number itself is kept
     let first = ((low - slack) / step).ceil();
     (0..=2 * about)
@@ -503,7 +518,25 @@ pub fn spread_labels(wanted: &[f64], distance: f64, (low, high): (f64, f64)) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::numbers;
+    use super::{numbers, ticks};
+
+    /// Every axis has two numbers at least, and not many more than requested.
+    #[test]
+    fn law_ticks() {
+        let mut rng = fastrand::Rng::with_seed(5);
+        for _ in 0..2000 {
+            let low = 20.0 * rng.f64() - 10.0;
+            let high = low + 10f64.powf(6.0 * rng.f64() - 3.0);
+            for about in [4, 5, 8] {
+                let found = ticks((low, high), about);
+                assert!(
+                    (2..=2 * about).contains(&found.len()),
+                    "{low} {high} {about}: {found:?}"
+                );
+            }
+        }
+        assert_eq!(ticks((-4.8, 4.8), 4), [-4.0, -2.0, 0.0, 2.0, 4.0]);
+    }
 
     #[test]
     fn keeps_numbers_of_an_axis_short_and_apart() {

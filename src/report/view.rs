@@ -18,6 +18,8 @@ pub struct View {
 pub enum ViewKind {
     /// Mode shapes in a schematic of the drive train.
     Modes,
+    /// Mode shapes on the points of a test.
+    Points,
     /// Profiles of cylindrical gears in mesh.
     Teeth,
 }
@@ -27,6 +29,7 @@ impl ViewKind {
     pub fn name(self) -> &'static str {
         match self {
             ViewKind::Modes => "modes",
+            ViewKind::Points => "points",
             ViewKind::Teeth => "teeth",
         }
     }

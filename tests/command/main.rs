@@ -28,6 +28,7 @@ mod log_commands;
 mod machine_lines;
 mod measure_command;
 mod measured_logs;
+mod measured_shapes;
 mod motion_commands;
 mod on_the_fly;
 mod output_files;

@@ -188,6 +188,29 @@ fn law_pages_work_in_a_browser() {
     }
 }
 
+/// Identified shapes move on the points of a test; keys turn the structure.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_measured_shapes_move() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = super::measured_shapes::test_in(folder.path());
+    let page = folder.path().join("page.html");
+    write_page(&["identify", &log, "--method", "plscf"], &page);
+    let (_, fixed) = sizes(&page);
+    assert!(fixed <= FIXED, "{fixed} bytes");
+    let mut browser = Browser::start(folder.path());
+    let address = format!("file://{}", page.display());
+    check(&mut browser, "measured shapes", &address);
+    browser.value("(G.players[0].playing && G.players[0].button.click(), document.querySelector('.moving canvas').focus(), 0)");
+    let picture = "document.querySelector('.moving canvas').toDataURL()";
+    let before = browser.value(picture);
+    browser.press("ArrowRight");
+    assert_ne!(browser.value(picture), before, "key →");
+    browser.press("ArrowLeft");
+    assert_eq!(browser.value(picture), before, "key ←");
+    complaints(&mut browser, "measured shapes", &address);
+}
+
 /// What holds of every page.
 fn check(browser: &mut Browser, kind: &str, address: &str) {
     browser.open(address);

@@ -10,6 +10,7 @@ use geardyn::internals::numeric::Complex;
 use geardyn::internals::recording::frequency_responses::{
     ChannelLabel, FrequencyResponse, FrequencyResponses,
 };
+use geardyn::internals::recording::geometry::Geometry;
 use geardyn::internals::recording::raw::{ChannelGroup, RawLog};
 use geardyn::internals::recording::read_options::ReadOptions;
 use geardyn::internals::recording::sample_column::SampleColumn;
@@ -677,7 +678,7 @@ fn law_uff_of_signals_reads_back() {
     let recording = recording(20_000);
     for format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
         let mut bytes = Vec::new();
-        write::uff::write_recording(&recording, format, &mut bytes).unwrap();
+        write::uff::write_recording(&recording, &Geometry::default(), format, &mut bytes).unwrap();
         let log = read_with(uff::read, &bytes);
         let [group] = log.groups.as_slice() else {
             panic!("{}", log.groups.len())
@@ -760,7 +761,8 @@ fn law_uff_of_responses_reads_back() {
         let written = responses(lines);
         for format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
             let mut bytes = Vec::new();
-            write::uff::write_responses(&written, format, &mut bytes).unwrap();
+            write::uff::write_responses(&written, &Geometry::default(), format, &mut bytes)
+                .unwrap();
             let read = read_with(uff::read, &bytes).responses.unwrap();
             let behind = |r: &FrequencyResponses| {
                 (
@@ -865,6 +867,7 @@ fn seeds() -> Vec<(&'static str, Reader, Vec<u8>)> {
     let mut uneven = Vec::new();
     write::uff::write_responses(
         &responses(f64::sqrt),
+        &Geometry::default(),
         write::uff::UffFormat::Text,
         &mut uneven,
     )
@@ -985,7 +988,7 @@ fn survives_large_files() {
     for form in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
         let mut bytes = Vec::new();
         let start = std::time::Instant::now();
-        write::uff::write_recording(&recording, form, &mut bytes).unwrap();
+        write::uff::write_recording(&recording, &Geometry::default(), form, &mut bytes).unwrap();
         let written = start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
         let log = read_with(uff::read, &bytes);

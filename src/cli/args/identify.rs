@@ -20,7 +20,7 @@ use crate::spectrum::frf::Estimator;
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the table of modes with their shapes")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the responses, measured and fitted, with coherence; also the complex plane, the poles and the stabilisation diagram (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input the spectra that the modes were chosen from")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the responses, measured and fitted, with coherence; also the complex plane, the poles, the stabilisation diagram, the shapes on the points of the sidecar and the MAC matrix of --compare (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg, FILE-shapes.svg, FILE-mac.svg); without input the spectra that the modes were chosen from")))]
 pub struct IdentifyArgs {
     /// A log of signals, or a file of frequency responses; several logs of one test, or a sidecar that lists them (`files`), are read
     /// together, each hit and each record on its own; files, no pipes
@@ -36,6 +36,10 @@ pub struct IdentifyArgs {
     /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
+    /// Compare the modes with those of a document of `modes --json` or `identify --json`: MAC over the channels that have the name of a
+    /// component there (`rename` in the sidecar)
+    #[arg(long, value_name = "FILE")]
+    pub compare: Option<PathBuf>,
     /// Write the transfer functions and their state space (.json, .csv or .mat)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub export: Option<PathBuf>,

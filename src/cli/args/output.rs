@@ -4,6 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::keys::word_parser;
+use crate::base::table_reader::Word;
+use crate::report::figure::LogAxis;
+
 /// Outputs of a command next to its tables. A command says in its own words what `--csv` and `--svg` hold by `mut_arg`.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Output")]
@@ -17,10 +21,21 @@ pub struct OutputArgs {
     /// Draw the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Logarithmic abscissa (x) or ordinate (y) of the first figure; refused where the axis holds zero or less
+    #[arg(long, value_parser = word_parser::<LogAxis>(), value_name = "AXIS")]
+    pub log: Option<LogAxis>,
     /// Write a page with tables and interactive figures, which opens in a browser without a network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[rustfmt::skip]
+impl Word for LogAxis {
+    const WORDS: &'static [(&'static str, LogAxis, &'static str)] = &[
+        ("x", LogAxis::X, "The abscissa of the first figure"),
+        ("y", LogAxis::Y, "The ordinate of its first plot"),
+    ];
 }

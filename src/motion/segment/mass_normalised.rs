@@ -319,7 +319,7 @@ mod tests {
     /// Three discs of very different inertia on two springs, one damper to ground: one motion strains the damper only.
     #[test]
     fn exact_rigid_motion_with_a_brake() {
-        let root = CholeskyMass::Diagonal(vec![1e-4, 1.0, 1e5]);
+        let root = MassFactor::Diagonal(vec![1e-4, 1.0, 1e5]);
         let row = |w: [f64; 3], k: f64| (root.solve(&w), f64::sqrt(k));
         let rows = StrainRows {
             squares: vec![row([-1.0, 1.0, 0.0], 1e9), row([0.0, -1.0, 1.0], 1.0)],
@@ -356,7 +356,7 @@ mod tests {
     /// The two ends oscillate alone with the middle disc held.
     #[test]
     fn exact_stuck_middle() {
-        let root = CholeskyMass::Diagonal(vec![1.0; 3]);
+        let root = MassFactor::Diagonal(vec![1.0; 3]);
         let rows = StrainRows {
             squares: vec![(vec![-1.0, 1.0, 0.0], 2.0), (vec![0.0, -1.0, 1.0], 3.0)],
             stuck: vec![vec![0.0, 1.0, 0.0]],

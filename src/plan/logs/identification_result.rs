@@ -2,14 +2,17 @@
 
 use super::frf_estimation::HitSummary;
 use super::method::IdentificationMethod;
+use super::mode_comparison::ModeComparison;
 use super::reciprocity::Reciprocity;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::text::quoted_list;
 use crate::identify::modal::candidates::normalize_to_largest;
 use crate::identify::modal::lsfd::ModeShape;
 use crate::identify::modal::stabilisation::StabilisationPole;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::fdd::SdofBell;
 use crate::identify::operational::harmonics::HarmonicIndicator;
+use crate::identify::point_shape::{Displacement, point_displacements};
 use crate::identify::rational::{ModelErrorShare, RationalFit};
 use crate::identify::series::model::ModelStructure;
 use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
@@ -18,6 +21,7 @@ use crate::identify::series::residuals::ResidualTest;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
+use crate::recording::geometry::Geometry;
 
 /// Modes and transfer functions, and how they were had.
 #[derive(Debug)]
@@ -56,8 +60,66 @@ pub struct IdentificationResult {
     pub functions: Vec<TransferFunction>,
     /// Root mean square misfit over that of the response, by response.
     pub fit_error: Vec<f64>,
+    /// Shapes on points, where the geometry of the test is known.
+    pub point_shapes: Option<PointShapes>,
+    /// Comparison with other modes, where requested.
+    pub comparison: Option<ModeComparison>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Shapes of the modes on the points of a test.
+#[derive(Debug)]
+pub struct PointShapes {
+    /// Points, lines and channels.
+    pub geometry: Geometry,
+    /// Displacements of the points by mode; `None` of a point without a channel.
+    pub displacements: Vec<Vec<Option<Displacement>>>,
+}
+
+impl IdentificationResult {
+    /// Places the shapes on the points of a test, where the geometry places a response channel.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn place_shapes(&mut self, geometry: Geometry) -> Result<(), Error> {
+        let places: Vec<_> = self
+            .outputs
+            .iter()
+            .map(|o| geometry.place(&o.name))
+            .collect();
+        let placed: Vec<_> = places.iter().copied().flatten().collect();
+        let missing = (self.outputs.iter().zip(&places)).filter(|(_, place)| place.is_none());
+        let missing: Vec<&str> = missing.map(|(o, _)| o.name.as_str()).collect();
+        if !geometry.is_empty() && !missing.is_empty() {
+            self.diagnostics.push(Diagnostic {
+                code: "channel-unplaced",
+                message: format!(
+                    "the geometry does not place {}",
+                    quoted_list(missing.iter().copied())
+                ),
+                hint: Some("state point and direction of its [[channel]] in the sidecar".into()),
+            });
+        }
+        if placed.is_empty() {
+            return Ok(());
+        }
+        let n_outputs = self.outputs.len();
+        let shape = |mode: &IdentifiedMode| {
+            let all = mode.mode.shape.iter().zip(&places);
+            let values: Vec<Complex> = match mode.mode.shape.len() == n_outputs {
+                true => all.filter(|(_, p)| p.is_some()).map(|(z, _)| *z).collect(),
+                false => vec![Complex::ZERO; placed.len()],
+            };
+            point_displacements(geometry.points.len(), &placed, &values)
+        };
+        let displacements = self.modes.iter().map(shape).collect::<Result<_, Error>>()?;
+        self.point_shapes = Some(PointShapes {
+            geometry,
+            displacements,
+        });
+        Ok(())
+    }
 }
 
 impl IdentificationResult {

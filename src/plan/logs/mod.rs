@@ -29,6 +29,8 @@ pub mod identify_study;
 
 pub mod reciprocity;
 
+pub mod mode_comparison;
+
 pub mod identification_result;
 
 pub mod weak;

@@ -2,7 +2,7 @@
 
 use super::DataSet58;
 use super::codes;
-use super::header::UffHeader;
+use super::header::{DofLabel, UffHeader};
 use super::names::{PointNames, axis_unit, response_unit};
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity;
@@ -80,6 +80,24 @@ pub(super) fn assemble(
         });
     }
     Ok(())
+}
+
+/// Channels of all sets with their degrees of freedom, each once.
+pub(super) fn channel_places(data_sets: &[DataSet58]) -> Vec<(String, DofLabel)> {
+    let names = PointNames::new(data_sets);
+    let mut places: Vec<(String, DofLabel)> = Vec::new();
+    for header in data_sets.iter().map(|set| &set.header) {
+        let ends = [
+            (names.response_name(header), &header.response),
+            (names.point_name(&header.reference), &header.reference),
+        ];
+        for (name, dof) in ends {
+            if dof.node != 0 && !places.iter().any(|(known, _)| *known == name) {
+                places.push((name, dof.clone()));
+            }
+        }
+    }
+    places
 }
 
 /// A response with its lines and the points it joins.

@@ -1,8 +1,8 @@
 //! UFF 58 files, text and binary: data sets "function at nodal degree of freedom".
 //!
 //! A data set stands between two lines `-1`; the line after the first is its number. Structural Dynamics Research
-//! Corporation, “Universal File Datasets Summary”, data sets 58 and 58b; 164 for units. Other data sets (geometry, mode
-//! shapes) are passed over, and this is said.
+//! Corporation, “Universal File Datasets Summary”, data sets 58 and 58b; 15, 82 and 2411 for geometry; 164 for units. Other data sets
+//! (mode shapes, elements) are passed over, and this is said.
 
 pub(super) mod codes;
 
@@ -14,11 +14,14 @@ mod values;
 
 mod names;
 
+mod geometry;
+
 mod assemble;
 
 use std::collections::BTreeMap;
 
 use cursor::{UffCursor, is_delimiter};
+use geometry::UffGeometry;
 use header::UffHeader;
 use values::{BinaryHeader, UffValues};
 
@@ -70,9 +73,13 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
         pluralise(reader.data_sets.len(), "function")
     );
     reader.data_sets.retain(|set| !set.values.re.is_empty());
+    let channels = assemble::channel_places(&reader.data_sets);
+    let length_unit = reader.length_unit.unwrap_or(1.0);
+    reader.geometry.finish(length_unit, channels, &mut log)?;
     if reader.data_sets.is_empty() {
         let skipped: Vec<String> = reader.skipped.keys().map(i64::to_string).collect();
         let held = match skipped.len() {
+            0 if !log.geometry.is_empty() => "geometry".to_string(),
             0 => "no data set at all".to_string(),
             _ => format!("data sets {}", skipped.join(", ")),
         };
@@ -96,6 +103,9 @@ struct UffReader {
     /// Lines outside of any set.
     stray_lines: usize,
     units_code: Option<i64>,
+    /// Length unit of the coordinates, m.
+    length_unit: Option<f64>,
+    geometry: UffGeometry,
 }
 
 impl UffReader {
@@ -151,12 +161,22 @@ impl UffReader {
                 format!("`{shown}` in place of the number of a data set"),
             )
         })?;
+        if geometry::DATA_SETS.contains(&number) {
+            self.geometry.read(number, first_line, cursor)?;
+            return Ok(());
+        }
         if number != 58 {
             *self.skipped.entry(number).or_default() += 1;
             if number == 164 {
                 let line = String::from_utf8_lossy(cursor.peek()).into_owned();
                 let code: String = line.chars().take(10).collect();
                 self.units_code = code.trim().parse().ok();
+                cursor.next_line();
+                let factors = String::from_utf8_lossy(cursor.peek()).replace(['D', 'd'], "E");
+                let length = factors.split_whitespace().next();
+                // Numbers of the file divided by the factor are SI.
+                let factor = length.and_then(|text| text.parse::<f64>().ok());
+                self.length_unit = factor.filter(|f| *f > 0.0 && f.is_finite()).map(f64::recip);
             }
             cursor.skip_to_delimiter();
             cursor.next_line();
@@ -253,7 +273,7 @@ impl UffReader {
             log.repairs.push(Repair {
                 kind: "sets-skipped",
                 message: format!(
-                    "data sets other than 58 passed over: {}",
+                    "data sets other than 15, 58, 82 and 2411 passed over: {}",
                     each.collect::<Vec<_>>().join(", ")
                 ),
             });

@@ -7,6 +7,8 @@ pub mod csv;
 
 pub mod json;
 
+mod uff_geometry;
+
 pub mod uff;
 
 use std::io;

@@ -1,4 +1,4 @@
-//! UFF 58 output, text or binary (58b), double precision: a data set per channel or response.
+//! UFF 58 output, text or binary (58b), double precision: a data set per channel or response, after the geometry of the test.
 //!
 //! The format gives ten characters to a name and 13 columns to the abscissa. Whole names stand in the first line of the
 //! header, the rate with all its digits in the fourth, and what lies behind frequency responses (averages, window, the band worth
@@ -7,10 +7,12 @@
 
 use std::io::{self, Write};
 
+use super::uff_geometry::{format_exponent, node_and_direction, write_geometry};
 use super::{for_each_block, output_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
+use crate::recording::geometry::Geometry;
 use crate::recording::signals::{Channel, Recording};
 use crate::recording::uff::codes;
 
@@ -45,18 +47,22 @@ struct DataSetHeader<'a> {
     function: usize,
     output: &'a ChannelLabel,
     input: Option<&'a ChannelLabel>,
+    /// Node and direction of output and input.
+    places: [(i32, i32); 2],
     is_complex: bool,
     count: usize,
     abscissa: AbscissaSpacing<'a>,
     abscissa_type: i64,
 }
 
-/// Signals as time responses.
+/// Signals as time responses, with their points and directions.
 ///
 /// # Errors
-/// `conflict` where the record has gaps, for which an even abscissa has no place; `output-failed`; those of reading a column.
+/// `conflict` where the record has gaps, for which an even abscissa has no place, or where a direction is along no axis;
+/// `output-failed`; those of reading a column.
 pub fn write_recording(
     recording: &Recording,
+    geometry: &Geometry,
     form: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
@@ -77,6 +83,7 @@ pub fn write_recording(
         return Err(Error::new(Code::Conflict, message)
             .with_hint("rename the channel in the sidecar, or write CSV"));
     }
+    write_geometry(geometry, to).map_err(output_error)?;
     let date = recording.start.as_deref().unwrap_or_default();
     let (before, after) = codes::RATE_LINE;
     let rate = format!("{before}{:?}{after}", recording.rate_hz);
@@ -90,6 +97,7 @@ pub fn write_recording(
             function: codes::TIME_RESPONSE,
             output: &output,
             input: None,
+            places: [node_and_direction(geometry, &channel.name)?, (0, 0)],
             is_complex: false,
             count: recording.samples,
             abscissa: AbscissaSpacing::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
@@ -107,12 +115,13 @@ pub fn write_recording(
     Ok(())
 }
 
-/// Frequency responses, each followed by its coherence where there is one.
+/// Frequency responses with their points and directions, each followed by its coherence where there is one.
 ///
 /// # Errors
-/// `output-failed`.
+/// `conflict` where a direction is along no axis; `output-failed`.
 pub fn write_responses(
     responses: &FrequencyResponses,
+    geometry: &Geometry,
     form: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
@@ -134,16 +143,22 @@ pub fn write_responses(
             codes::INDEPENDENCE_LINE,
         ),
     ];
+    write_geometry(geometry, to).map_err(output_error)?;
     for function in &responses.responses {
-        write_data_set(function, abscissa, lines, &facts, form, to).map_err(output_error)?;
+        let input = function.input.as_ref().map_or("", |i| &i.name);
+        let places = [&function.output.name, input].map(|name| node_and_direction(geometry, name));
+        let [output, input] = places;
+        let lines = (abscissa, &lines[..]);
+        write_data_set(function, [output?, input?], lines, &facts, form, to)
+            .map_err(output_error)?;
     }
     Ok(())
 }
 
 fn write_data_set(
     function: &FrequencyResponse,
-    abscissa: AbscissaSpacing<'_>,
-    lines: &[f64],
+    places: [(i32, i32); 2],
+    (abscissa, lines): (AbscissaSpacing<'_>, &[f64]),
     facts: &[String; 3],
     form: UffFormat,
     to: &mut impl Write,
@@ -158,6 +173,7 @@ fn write_data_set(
         function: codes::FREQUENCY_RESPONSE,
         output,
         input: function.input.as_ref(),
+        places,
         is_complex: true,
         count: lines.len(),
         abscissa,
@@ -250,11 +266,11 @@ impl DataSetHeader<'_> {
             0,
             0,
             field_text(&self.output.name, 10),
-            0,
-            0,
+            self.places[0].0,
+            self.places[0].1,
             field_text(&input.name, 10),
-            0,
-            0
+            self.places[1].0,
+            self.places[1].1
         )?;
         let (start, step) = match self.abscissa {
             AbscissaSpacing::Even(start, step) => (start, step),
@@ -303,20 +319,6 @@ fn field_text(text: &str, width: usize) -> String {
         true => "NONE".to_string(),
         false => line.take(width).collect(),
     }
-}
-
-/// `d.ddddE±dd`, as Fortran and C write it.
-fn format_exponent(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "NaN".to_string();
-    }
-    let text = format!("{value:.digits$E}");
-    let (mantissa, exponent) = text.split_once('E').unwrap_or((&text, "0"));
-    let (sign, size) = match exponent.strip_prefix('-') {
-        Some(size) => ('-', size),
-        None => ('+', exponent),
-    };
-    format!("{mantissa}E{sign}{size:0>2}")
 }
 
 /// Numbers one after the other, four to a row of text.

@@ -12,7 +12,7 @@ use super::figure::{Figure, FigureContent};
 use super::number_format::with_minus_signs;
 use super::presentation::Presentation;
 use super::view::{View, ViewKind};
-use crate::base::error::{Diagnostic, Error};
+use crate::base::error::Diagnostic;
 
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
@@ -39,11 +39,8 @@ pub struct Section {
 const MAX_TABLE: usize = 1 << 19;
 
 impl Section {
-    /// A result under a heading.
-    ///
-    /// # Errors
-    /// A curve of a figure that cannot be computed.
-    pub fn new(heading: &str, result: &dyn Presentation) -> Result<Section, Error> {
+    /// A result with its figures under a heading.
+    pub fn new(heading: &str, result: &dyn Presentation, figures: Vec<Figure>) -> Section {
         let about = result.provenance();
         let repairs = about.repairs.unwrap_or_default().iter();
         let repairs: String = repairs
@@ -51,20 +48,20 @@ impl Section {
             .collect();
         let early = result.interruption().unwrap_or_default();
         let csv = result.table().csv();
-        Ok(Section {
+        Section {
             heading: heading.to_string(),
             title: about.title.to_string(),
             text: result.text(),
             notes: repairs + &result.notes() + &early,
             warnings: about.warnings.to_vec(),
             views: result.views(),
-            figures: result.figures()?,
+            figures,
             csv: if csv.len() <= MAX_TABLE {
                 csv
             } else {
                 String::new()
             },
-        })
+        }
     }
 
     /// The title of its scene, else of its first figure with one, else its heading.
@@ -128,6 +125,7 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
 fn kind_script(kind: ViewKind) -> &'static str {
     match kind {
         ViewKind::Modes => include_str!("kinds/modes.js"),
+        ViewKind::Points => include_str!("kinds/points.js"),
         ViewKind::Teeth => include_str!("kinds/teeth.js"),
     }
 }
