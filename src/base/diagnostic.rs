@@ -672,6 +672,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The cells along the face are shorter than the contact is wide there, so that its pressure is not resolved. Give fewer stations.",
     ),
     (
+        "ellipse-beyond-teeth",
+        Warning,
+        "A contact with a/b below 2.9 is computed by the closed form of an ellipse, and this ellipse reaches beyond the end of the teeth. Its approach and pressure are those of a whole ellipse.",
+    ),
+    (
         "short-contact",
         Warning,
         "At some position the contact covers so few stations that approach and pressure are off by more than 2 %. Give more stations.",

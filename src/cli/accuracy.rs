@@ -16,6 +16,7 @@ use crate::report::mesh_accuracy::MeshAccuracyReport;
 use crate::report::method_comparison::ComparisonReport;
 use crate::report::presentation::Presentation;
 use crate::report::work_precision::WorkPrecisionReport;
+use crate::scene::bevel_file;
 use crate::scene::gear_file::{self, PairKind};
 use crate::scene::study::{AccuracyStudy, AccuracyTarget};
 use crate::scene::{self, Scene};
@@ -49,23 +50,36 @@ fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> 
     let target_error = flags.read("a gear file", None, &[], |f| {
         f.optional_number("error", ValueRange::Positive)
     })?;
-    if gear_file::pair_kind(source) != PairKind::Cylindrical {
-        let message = "loads are shared between cylindrical gears only";
+    let kind = gear_file::pair_kind(source);
+    if !matches!(kind, PairKind::Cylindrical | PairKind::Bevel) {
+        let message = "loads are shared between cylindrical gears and bevel gears only";
         return Err(Error::new(Code::Usage, message)
             .with_span(&SourceSpan::whole_file(&source.path))
             .with_hint("`geardyn gear` computes this pair without a load")
             .into());
     }
-    let file = gear_file::read(source, &Flags::default())?;
     let outputs = Outputs::check(&args.out, &[""], &[], std::slice::from_ref(&args.scene))?;
     let mut monitor = Monitor {
         cancel: &interrupt::cancel_on_ctrl_c(),
         on_progress: &mut |what| output::show_status(what, quiet),
     };
+    let (title, results) = match kind {
+        PairKind::Bevel => {
+            let file = bevel_file::read(source, &Flags::default())?;
+            let results = mesh_grid::compare_flank_grids(&file, &mut monitor)?;
+            (file.title, results)
+        }
+        _ => {
+            let file = gear_file::read(source, &Flags::default())?;
+            let results = mesh_grid::compare_grids(&file, &mut monitor)?;
+            (file.title, results)
+        }
+    };
     outputs.present(&MeshAccuracyReport {
-        results: mesh_grid::compare_grids(&file, &mut monitor)?,
+        results,
         target_error: target_error.unwrap_or(DEFAULT_MESH_ERROR),
-        file: &file,
+        title: &title,
+        source,
     })
 }
 

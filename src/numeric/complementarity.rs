@@ -174,20 +174,28 @@ impl ContactProblem {
         Err(self.no_end(self.most_sets(), to))
     }
 
-    /// The load above `load` at which the active set stops being feasible.
-    fn next_transition(&self, active: &[bool], load: f64) -> Result<Option<f64>, Error> {
+    /// What keeps each point in or out of an active set at a load, with its rate over the load: the force of a point that carries, the gap
+    /// of one that does not.
+    ///
+    /// Errors: `IllPosed` where the compliance is not positive definite.
+    pub fn margins(&self, active: &[bool], load: f64) -> Result<Vec<[f64; 2]>, Error> {
         let set = self.on_set(active, load)?;
         let rates = self.gap_rates(&set);
         let gaps = self.loaded_gaps(&set);
-        let limit = |i: usize| match active[i] {
-            true => (set.forces[i], set.slopes[i]),
-            false => (gaps[i], rates[i]),
+        let margin = |i: usize| match active[i] {
+            true => [set.forces[i], set.slopes[i]],
+            false => [gaps[i], rates[i]],
         };
-        let beyond = |i: usize| {
-            let (value, rate) = limit(i);
-            (rate < 0.0).then(|| load - value / rate)
-        };
-        let loads = (0..active.len()).filter_map(beyond);
+        Ok((0..active.len()).map(margin).collect())
+    }
+
+    /// The load above `load` at which the active set stops being feasible.
+    ///
+    /// Errors: as `margins`.
+    pub fn next_transition(&self, active: &[bool], load: f64) -> Result<Option<f64>, Error> {
+        let margins = self.margins(active, load)?;
+        let beyond = |[value, rate]: &[f64; 2]| (*rate < 0.0).then(|| load - value / rate);
+        let loads = margins.iter().filter_map(beyond);
         Ok(loads.filter(|t| *t >= load).reduce(f64::min))
     }
 

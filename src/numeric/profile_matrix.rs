@@ -25,6 +25,19 @@ impl ProfileMatrix {
         }
     }
 
+    /// Blocks along the diagonal, each as its lower triangle row by row.
+    pub fn of_blocks(blocks: impl Iterator<Item = Vec<f64>>) -> ProfileMatrix {
+        let mut matrix = ProfileMatrix::default();
+        for block in blocks {
+            let (mut begin, mut length) = (0, 1);
+            while begin < block.len() {
+                matrix.push(&block[begin..begin + length]);
+                (begin, length) = (begin + length, length + 1);
+            }
+        }
+        matrix
+    }
+
     /// The matrix of `n` rows, row by row; the lower triangle is read.
     pub fn of_rows(rows: &[f64], n: usize) -> ProfileMatrix {
         let mut matrix = ProfileMatrix::default();

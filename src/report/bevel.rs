@@ -8,7 +8,7 @@ use super::gear_sheet::drawn;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
-use super::{bevel_mesh, bevel_mesh_plot, bevel_plot};
+use super::{bevel_mesh, bevel_mesh_plot, bevel_plot, bevel_stability};
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::contact::ease_off::EaseOffTerms;
@@ -129,10 +129,17 @@ impl Presentation for BevelReport<'_> {
                 "ease-off",
                 bevel_plot::draw_ease_off(title, contact),
             ));
-            if let Some(BevelMeshResult { mesh, .. }) = &self.result.mesh {
+            if let Some(BevelMeshResult {
+                mesh, stability, ..
+            }) = &self.result.mesh
+            {
                 all.push(Figure::new("mesh", bevel_mesh_plot::te(title, mesh)));
                 let pattern = bevel_mesh_plot::draw_pattern(title, &contact.pair, mesh);
                 all.push(Figure::new("load", pattern));
+                all.push(Figure::new(
+                    "lengthwise",
+                    bevel_mesh_plot::lengthwise(title, mesh),
+                ));
                 all.push(Figure::new(
                     "sharing",
                     bevel_mesh_plot::sharing(title, mesh),
@@ -141,6 +148,12 @@ impl Presentation for BevelReport<'_> {
                     all.push(Figure::new(
                         "harris",
                         bevel_mesh_plot::harris_map(title, mesh),
+                    ));
+                }
+                if !stability.is_empty() {
+                    all.push(Figure::new(
+                        "stability",
+                        bevel_stability::draw(title, stability),
                     ));
                 }
             }
@@ -153,15 +166,17 @@ impl Presentation for BevelReport<'_> {
 }
 
 /// Suffixes of the figures.
-pub const FIGURES: [&str; 9] = [
+pub const FIGURES: [&str; 11] = [
     "",
     "te",
     "pattern",
     "ease-off",
     "mesh",
     "load",
+    "lengthwise",
     "sharing",
     "harris",
+    "stability",
     axodes::SUFFIX,
 ];
 

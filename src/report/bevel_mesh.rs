@@ -2,11 +2,14 @@
 
 use serde_json::{Value, json};
 
+use super::bevel_stability;
 use super::gear::ARCSEC;
 use super::number_format::significant;
 use super::table::{Table, decimal, or_dash};
-use crate::gear::load::flank_result::{FlankCycle, FlankLoad};
+use crate::gear::load::flank_mesh::LEAST_ASPECT;
+use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
 use crate::gear::load::mesh_result::peak_to_peak;
+use crate::gear::load::tooth_plate::RootMoment;
 use crate::plan::gear::bevel_mesh::BevelMeshResult;
 
 /// Sign of the transmission error.
@@ -29,13 +32,61 @@ fn spread(values: &[f64]) -> [f64; 3] {
 
 /// Transmission error and stiffness, then what the flanks bear: one row a torque.
 pub fn text(result: &BevelMeshResult) -> String {
-    format!(
-        "{}te and k {TE_DIRECTION}\n\n{}teeth: {}; left out: {}\n",
+    let mut text = format!(
+        "{}te and k {TE_DIRECTION}\n\n{}local contact: {}; teeth: {}; left out: {}\n",
         stiffness_table(result).text(),
         load_table(result).text(),
+        local_contact(&result.mesh),
         result.body,
         result.left_out.join(", ")
-    )
+    );
+    if let Some(changes) = &result.changes {
+        text += &format!("\n{}", changes_table(result, changes).text());
+    }
+    if !result.stability.is_empty() {
+        text += &format!("\n{}", bevel_stability::table(&result.stability).text());
+    }
+    text
+}
+
+/// Form of the local contact over all torques and positions.
+fn local_contact(mesh: &FlankMeshResult) -> String {
+    let loads = || mesh.cycles.iter().flat_map(|c| &c.positions);
+    let all = loads().count();
+    match loads().filter(|p| p.ellipses > 0).count() {
+        0 => "half-space strips".into(),
+        some => format!(
+            "closed elliptic form below a/b {LEAST_ASPECT} at {some} of {all} positions, half-space strips elsewhere"
+        ),
+    }
+}
+
+/// Torques over the positions at which more pairs of teeth begin to carry, and the changes of the set of strips.
+fn changes_table(result: &BevelMeshResult, changes: &[Vec<StripChange>]) -> Table<'static> {
+    let mut table = Table::numeric(
+        "pairs that carry|from torque, least [N·m]|from torque, greatest [N·m]|positions|changes of strips, least|changes of strips, most",
+    );
+    let counts: Vec<f64> = changes.iter().map(|c| c.len() as f64).collect();
+    let [least, _, most] = spread(&counts);
+    for pairs in 2.. {
+        let torques: Vec<f64> = changes
+            .iter()
+            .filter_map(|path| StripChange::first_with(path, pairs))
+            .collect();
+        if torques.is_empty() {
+            break;
+        }
+        let [low, _, high] = spread(&torques);
+        table.row([
+            pairs.to_string(),
+            significant(low),
+            significant(high),
+            format!("{} of {}", torques.len(), result.mesh.pinion_angles.len()),
+            format!("{least}"),
+            format!("{most}"),
+        ]);
+    }
+    table
 }
 
 fn stiffness_table(result: &BevelMeshResult) -> Table<'static> {
@@ -72,7 +123,7 @@ fn stiffness_table(result: &BevelMeshResult) -> Table<'static> {
 
 fn load_table(result: &BevelMeshResult) -> Table<'static> {
     let mut table = Table::numeric(
-        "torque [N·m]|pressure [N/mm²]|on edges [%]|greatest share of a pair [%]|pairs that carry|effective contact ratio|greatest shear [N/mm²]|depth [mm]",
+        "torque [N·m]|pressure [N/mm²]|on edges [%]|greatest share of a pair [%]|pairs that carry|effective contact ratio|greatest shear [N/mm²]|depth [mm]|root moment of the pinion [N·m]|of the gear [N·m]",
     );
     for cycle in &result.mesh.cycles {
         let pressed = cycle.most_pressed();
@@ -94,6 +145,8 @@ fn load_table(result: &BevelMeshResult) -> Table<'static> {
             format!("{:.3}", cycle.contact_ratio()),
             or_dash(shear, |s| format!("{:.1}", 1e-6 * s[1])),
             or_dash(shear, |s| format!("{:.4}", 1e3 * s[0])),
+            or_dash(cycle.root_moment(0), |m| significant(m.total)),
+            or_dash(cycle.root_moment(1), |m| significant(m.total)),
         ]);
     }
     table
@@ -111,8 +164,30 @@ pub fn mesh_json(result: &BevelMeshResult) -> Value {
     };
     let micro = 1e6 * result.lever;
     let peaks = || mesh.cycles.iter().map(|c| peak_to_peak(&c.of(|p| p.te)));
+    let of_root = |of: fn(&RootMoment) -> f64| {
+        each(&|p| {
+            let of_pair = |k: &i32| p.root_moments(*k).map(|moments| moments.each_ref().map(of));
+            json!(pairs.iter().map(of_pair).collect::<Vec<_>>())
+        })
+    };
+    let lengthwise = |cycle: &FlankCycle| {
+        let line = cycle.lengthwise();
+        let column = |k: usize| line.iter().map(|row| row[k]).collect::<Vec<f64>>();
+        json!({ "face": column(0), "line_load_n_per_m": column(1) })
+    };
+    let changes = result.changes.as_ref().map(|all| {
+        let each = |path: &Vec<StripChange>| path.iter().map(change_json).collect::<Vec<_>>();
+        all.iter().map(each).collect::<Vec<_>>()
+    });
     json!({
         "method": "half-space strips",
+        "local_contact": local_contact(mesh),
+        "ellipses": each(&|p| json!(p.ellipses)),
+        "root_moment_nm": of_root(|m| m.total),
+        "root_line_moment_n": of_root(|m| m.greatest),
+        "lengthwise": mesh.cycles.iter().map(lengthwise).collect::<Vec<_>>(),
+        "changes": changes,
+        "stability": bevel_stability::stability_json(&result.stability),
         "body": result.body,
         "left_out": result.left_out,
         "te_direction": TE_DIRECTION,
@@ -134,6 +209,15 @@ pub fn mesh_json(result: &BevelMeshResult) -> Value {
         "peak_to_peak_um": peaks().map(|e| micro * e).collect::<Vec<_>>(),
         "peak_to_peak_arcsec": peaks().map(|e| ARCSEC * e).collect::<Vec<_>>(),
         "unloaded_peak_to_peak_arcsec": ARCSEC * peak_to_peak(&mesh.unloaded_te),
+    })
+}
+
+fn change_json(change: &StripChange) -> Value {
+    json!({
+        "torque_nm": change.torque,
+        "pair": change.pair,
+        "face": change.face,
+        "begins": change.begins,
     })
 }
 

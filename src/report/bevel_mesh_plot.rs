@@ -52,6 +52,24 @@ pub fn te(title: &str, mesh: &FlankMeshResult) -> PlotColumn {
     PlotColumn::of_lines(title, axes, lines)
 }
 
+/// Greatest line load over the pitch along the pinion's face at up to four torques.
+pub fn lengthwise(title: &str, mesh: &FlankMeshResult) -> PlotColumn {
+    let lines = shown(mesh).map(|k| {
+        let cycle = &mesh.cycles[k];
+        let rows = cycle.lengthwise();
+        let face = rows.iter().map(|[face, _]| 100.0 * face).collect();
+        let load = rows.iter().map(|[_, load]| 1e-3 * load).collect();
+        (format!("{} N·m", cycle.torque), face, load)
+    });
+    let lines: Vec<(String, Vec<f64>, Vec<f64>)> = lines.collect();
+    let loads = lines.iter().flat_map(|(_, _, load)| load.iter().copied());
+    let axes = (
+        Axis::linear("place along the pinion's face from toe to heel, %").over(0.0, 100.0),
+        Axis::linear("greatest line load, N/mm").from_zero(loads),
+    );
+    PlotColumn::of_lines(title, axes, lines)
+}
+
 /// Share of each pair of teeth in the largest torque over the pitch.
 pub fn sharing(title: &str, mesh: &FlankMeshResult) -> PlotColumn {
     let Some(cycle) = mesh.cycles.last() else {

@@ -1,5 +1,7 @@
 //! Error of transmission error and stiffness of a mesh against run time: document, tables, figure.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::figure::Figure;
@@ -8,13 +10,15 @@ use super::presentation::{ENDED_EARLY, Presentation, Provenance};
 use super::table::Table;
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use crate::base::error::Error;
-use crate::scene::gear_file::GearFile;
+use crate::base::source_span::SourceFile;
 use crate::study::comparison::ComparisonResult;
 
 /// Grids of a mesh compared by e(φ, T) and by k(φ, T).
 pub struct MeshAccuracyReport<'a> {
+    /// Title of the gear file.
+    pub title: &'a str,
     /// The gear file.
-    pub file: &'a GearFile,
+    pub source: &'a Arc<SourceFile>,
     /// The error for which a grid is recommended.
     pub target_error: f64,
     /// Comparisons by e(φ, T) and by k(φ, T).
@@ -24,7 +28,7 @@ pub struct MeshAccuracyReport<'a> {
 impl Presentation for MeshAccuracyReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
-            sources: std::slice::from_ref(&self.file.source),
+            sources: std::slice::from_ref(self.source),
             trace: vec!["geometry", "reference", "runs"],
             ..Provenance::default()
         }
@@ -53,7 +57,7 @@ impl Presentation for MeshAccuracyReport<'_> {
         let points = [quickest(te), quickest(stiffness)].concat();
         let floor = te.reference_error.min(stiffness.reference_error);
         let floor = (floor, "error of the reference");
-        let title = &self.file.title;
+        let title = self.title;
         Ok(vec![Figure::first(work_precision_plot::figure(
             title, &points, floor,
         ))])

@@ -128,14 +128,7 @@ pub(super) fn comparison_text(found: &ComparisonResult, wanted: f64) -> String {
 /// The runs of comparisons, a row each.
 pub(super) fn run_table<'a>(methods: impl Iterator<Item = &'a ComparedMethod>) -> Table<'static> {
     let methods: Vec<&ComparedMethod> = methods.collect();
-    let is_mesh = methods
-        .iter()
-        .any(|m| matches!(m.size, Some(ModelSize::MeshGrid { .. })));
-    let names = if is_mesh {
-        &MESH_SIZES[..]
-    } else {
-        &MACHINE_SIZES[..]
-    };
+    let names = size_names(methods.iter().find_map(|m| m.size));
     let mut table = Table::new("method")
         .columns(&names.join("|"))
         .columns("error|run_time_s|status");
@@ -163,10 +156,14 @@ pub(super) fn comparison_points(found: &ComparisonResult) -> Vec<WorkPrecisionPo
     found.methods.iter().filter_map(point).collect()
 }
 
-/// Keys of the sizes of a model of a machine, and of a mesh.
-const MACHINE_SIZES: [&str; 3] = ["coordinates", "modes", "lengths"];
-/// See [`MACHINE_SIZES`].
-const MESH_SIZES: [&str; 2] = ["positions", "slices"];
+/// Keys of the sizes of methods that have sizes of this kind.
+fn size_names(size: Option<ModelSize>) -> &'static [&'static str] {
+    match size {
+        Some(ModelSize::MeshGrid { .. }) => &["positions", "slices"],
+        Some(ModelSize::FlankGrid { .. }) => &["positions", "stations"],
+        _ => &["coordinates", "modes", "lengths"],
+    }
+}
 
 /// The size of a method under a key, where it has one.
 fn size(method: &ComparedMethod, key: &str) -> Option<usize> {
@@ -174,7 +171,9 @@ fn size(method: &ComparedMethod, key: &str) -> Option<usize> {
         (ModelSize::Coordinates(n), "coordinates")
         | (ModelSize::Modes(n), "modes")
         | (ModelSize::ShaftElements(n), "lengths") => Some(n),
-        (ModelSize::MeshGrid { positions, .. }, "positions") => Some(positions),
+        (ModelSize::MeshGrid { positions, .. }, "positions")
+        | (ModelSize::FlankGrid { positions, .. }, "positions") => Some(positions),
+        (ModelSize::FlankGrid { stations, .. }, "stations") => Some(stations),
         (ModelSize::MeshGrid { slices, .. }, "slices") => Some(slices),
         _ => None,
     }
@@ -182,16 +181,7 @@ fn size(method: &ComparedMethod, key: &str) -> Option<usize> {
 
 /// Enters the sizes of a method into its object: those of a mesh, else those of a machine, null where not chosen.
 fn enter_sizes(object: &mut Value, method: Option<&ComparedMethod>) {
-    let is_mesh = matches!(
-        method.and_then(|m| m.size),
-        Some(ModelSize::MeshGrid { .. })
-    );
-    let names = if is_mesh {
-        &MESH_SIZES[..]
-    } else {
-        &MACHINE_SIZES[..]
-    };
-    for name in names {
+    for name in size_names(method.and_then(|m| m.size)) {
         object[*name] = json!(method.and_then(|m| size(m, name)));
     }
 }
@@ -240,6 +230,12 @@ fn size_text(method: &ComparedMethod) -> String {
         Some(ModelSize::ShaftElements(n)) => pluralise(n, "length"),
         Some(ModelSize::MeshGrid { positions, slices }) => {
             format!("{positions} positions × {slices} slices")
+        }
+        Some(ModelSize::FlankGrid {
+            positions,
+            stations,
+        }) => {
+            format!("{positions} positions × {stations} stations")
         }
         None => "–".to_string(),
     }

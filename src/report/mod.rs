@@ -157,6 +157,8 @@ mod bevel_plot;
 mod bevel_mesh_plot;
 pub mod gear_sheet;
 
+mod bevel_stability;
+
 mod bevel_mesh;
 
 pub mod bevel;

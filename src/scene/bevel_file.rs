@@ -1,8 +1,10 @@
-//! Reads a gear file of a bevel or hypoid pair by machine settings: `pair`, `pinion`, `gear`, `[assembly]`, `[contact]`, `[mesh]`.
+//! Reads a gear file of a bevel or hypoid pair by machine settings: `pair`, `pinion`, `gear`, `[assembly]`, `[tolerance]`, `[housing]`, `[contact]`,
+//! `[mesh]`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use super::assembly::{SHIFT, StabilityStudy, assembly, housing};
 use super::correction_study::{CorrectionStudy, correction};
 use super::cut_study::{self, CutStudy};
 use super::machine_settings::{FlankCut, FlankTable, Process, SettingsTable, settings};
@@ -42,6 +44,8 @@ pub struct BevelFile {
     pub nominal: Assembly,
     /// Errors E, P, G, ΔΣ of assembly, added to the nominal places.
     pub errors: Assembly,
+    /// Departures of the axes under which the loaded contact is compared.
+    pub stability: StabilityStudy,
     /// Requested contact.
     pub contact: ContactStudy,
     /// Cut by discrete blades, where the file describes it.
@@ -101,6 +105,8 @@ pub struct FlankMeshStudy {
     pub positions: usize,
     /// Stations along the pinion's face.
     pub stations: usize,
+    /// Torques at which strips begin or cease to carry.
+    pub changes: bool,
 }
 
 /// Flanks that touch.
@@ -209,13 +215,7 @@ impl BevelFile {
 
     /// Places of both axes with their errors.
     pub fn assembly(&self) -> Assembly {
-        let (a, e) = (&self.nominal, &self.errors);
-        Assembly {
-            shaft_angle: a.shaft_angle + e.shaft_angle,
-            offset: a.offset + e.offset,
-            pinion_axial: a.pinion_axial + e.pinion_axial,
-            gear_axial: a.gear_axial + e.gear_axial,
-        }
+        self.nominal.changed(&self.errors, 1.0)
     }
 }
 
@@ -235,7 +235,7 @@ const MIN_STATIONS: u32 = 8;
 /// Most stations: the load sharing grows with their cube.
 const MAX_STATIONS: u32 = 256;
 /// Flags of the load.
-const LOAD_FLAGS: [&str; 3] = ["torque", "torques", "stations"];
+const LOAD_FLAGS: [&str; 4] = ["torque", "torques", "stations", "changes"];
 
 /// Design pressure angle by default, rad.
 const DESIGN_PRESSURE_ANGLE: f64 = PI / 9.0;
@@ -243,7 +243,6 @@ const PRESSURE_ANGLE: ValueRange = ValueRange::Open(0.0, PI / 4.0, "above 0° an
 const SHAFT_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
 const CONE_ANGLE: ValueRange = ValueRange::Open(0.0, 2.5, "above 0° and below 143°");
 const LENGTH: ValueRange = ValueRange::Open(1e-6, 1e3, "above 1 µm and below 1 km");
-const SHIFT: ValueRange = ValueRange::Open(-1e3, 1e3, "within ±1 km");
 
 /// Reads one with the flags laid over its `[contact]`.
 ///
@@ -263,6 +262,10 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let second = read_table(&mut f, "gear", member).flatten();
     f.require("gear");
     let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
+    let stability = StabilityStudy {
+        tolerance: read_table(&mut f, "tolerance", assembly).unwrap_or_default(),
+        housing: read_table(&mut f, "housing", housing).flatten(),
+    };
     let study = read_table(&mut f, "contact", contact).unwrap_or_default();
     read_table(&mut f, "correction", correction);
     let cut = read_table(&mut f, "cut", cut_study::cut).flatten();
@@ -285,8 +288,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     );
     let study = of_contact.read_over(&document, "contact", &bare_si, study, contact)?;
     let load = of_mesh.read_over(&document, "mesh", &bare_si, load, mesh)?;
-    if load.torques.is_empty() && flags.text("stations").is_some() {
-        let error = Error::new(Code::Usage, "--stations does nothing without a torque");
+    let idle = ["stations", "changes"].into_iter();
+    let mut idle = idle.filter(|flag| flags.text(flag).is_some());
+    if load.torques.is_empty()
+        && let Some(flag) = idle.next()
+    {
+        let message = format!("--{flag} does nothing without a torque");
+        let error = Error::new(Code::Usage, message);
         return Err(error
             .with_hint("add --torque, or `torque` in [mesh]")
             .into());
@@ -338,6 +346,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         hand,
         nominal,
         errors: position_errors,
+        stability,
         contact: ContactStudy {
             side: study.side.unwrap_or_default(),
             pitches: study.pitches.unwrap_or(PITCHES),
@@ -350,6 +359,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
             torques: load.torques,
             positions: load.positions.unwrap_or(positions) as usize,
             stations: load.stations.unwrap_or(STATIONS) as usize,
+            changes: load.changes,
         },
         defaults,
         span,
@@ -386,20 +396,6 @@ fn pair(f: &mut TableReader) -> Assembly {
     }
 }
 
-fn assembly(f: &mut TableReader) -> Assembly {
-    const ERROR: ValueRange = ValueRange::Open(-0.5, 0.5, "within ±0.5 rad");
-    let mut length = |key| f.optional_quantity(key, QuantityKind::Length, SHIFT);
-    let [offset, pinion_axial, gear_axial] =
-        ["offset", "pinion_axial", "gear_axial"].map(|key| length(key).unwrap_or(0.0));
-    let shaft_angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ERROR);
-    Assembly {
-        shaft_angle: shaft_angle.unwrap_or(0.0),
-        offset,
-        pinion_axial,
-        gear_axial,
-    }
-}
-
 /// `[contact]` as written.
 #[derive(Debug, Default)]
 pub struct ContactTable {
@@ -429,6 +425,7 @@ pub struct FlankMeshTable {
     torques: Vec<f64>,
     positions: Option<u32>,
     stations: Option<u32>,
+    changes: bool,
 }
 
 /// Keys of `[mesh]`, each with a flag.
@@ -437,6 +434,7 @@ pub fn mesh(f: &mut TableReader) -> FlankMeshTable {
         torques: torques(f),
         positions: f.optional_count("positions", 4, MAX_CONTACT_POSITIONS),
         stations: f.optional_count("stations", MIN_STATIONS, MAX_STATIONS),
+        changes: f.flag("changes"),
     }
 }
 

@@ -15,6 +15,9 @@ pub mod ease_off_target;
 
 pub mod cut_study;
 
+/// Places of the axes of a bevel pair.
+pub mod assembly;
+
 pub mod bevel_file;
 
 pub mod bevel_mesh;

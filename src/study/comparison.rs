@@ -51,6 +51,13 @@ pub enum ModelSize {
         /// Slices.
         slices: usize,
     },
+    /// A mesh of flanks at so many positions of a pitch and stations along the face.
+    FlankGrid {
+        /// Positions.
+        positions: usize,
+        /// Stations.
+        stations: usize,
+    },
 }
 
 impl ComparisonResult {

@@ -1,4 +1,4 @@
-//! Error of e(φ, T) and k(φ, T) of a mesh against run time, over grids of positions and slices.
+//! Error of e(φ, T) and k(φ, T) of a mesh against run time, over grids of positions, and slices or stations.
 //!
 //! Curves over a pitch are compared with those of a finer grid by linear interpolation, as a table of them is used; the distance of the
 //! grid of half as many positions and slices is the error of the reference.
@@ -9,35 +9,62 @@ use super::timing::min_time;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_number;
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
 use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
-use crate::gear::load::mesh_result::{LoadedCycle, peak_to_peak};
+use crate::gear::load::mesh_result::peak_to_peak;
 use crate::numeric::parallel;
+use crate::plan::gear::{bevel, bevel_mesh};
+use crate::scene::bevel_file::BevelFile;
 use crate::scene::gear_file::GearFile;
 
 /// Grids that are compared, and the reference.
 struct Grids {
     /// In one pitch.
     positions: &'static [usize],
-    /// Along the face.
-    slices: &'static [usize],
-    /// Positions and slices.
+    /// Slices or stations along the face.
+    along: &'static [usize],
+    /// Positions, and slices or stations.
     reference: [usize; 2],
+    /// The size of a method with such a grid.
+    size: fn([usize; 2]) -> ModelSize,
+    /// What lies along the face.
+    name: &'static str,
 }
 
 /// Teeth that differ along the face: slices enter contact one by one, so that errors fall with their number.
 const SLICED: Grids = Grids {
     positions: &[15, 30, 60],
-    slices: &[5, 11, 21, 41, 81],
+    along: &[5, 11, 21, 41, 81],
     reference: [240, 401],
+    size: |[positions, slices]| ModelSize::MeshGrid { positions, slices },
+    name: "slices",
 };
 /// Teeth alike along the face: the number of slices makes no difference.
 const UNIFORM: Grids = Grids {
     positions: &[15, 30, 60, 120, 240],
-    slices: &[5],
+    along: &[5],
     reference: [1920, 5],
+    ..SLICED
+};
+/// Flanks in space: cells must stay longer than the contact is wide, which bounds the stations.
+const STATIONS: Grids = Grids {
+    positions: &[15, 30, 60],
+    along: &[12, 16, 24, 32, 48],
+    reference: [120, 64],
+    size: |[positions, stations]| ModelSize::FlankGrid {
+        positions,
+        stations,
+    },
+    name: "stations",
 };
 /// Difference of e(φ, T) between two numbers of slices that is rounding, by its peak to peak.
 const ROUNDING: f64 = 1e-6;
+
+/// e(φ, T) and the tangent k(φ, T) over a pitch.
+struct MeshCurves {
+    te: Vec<f64>,
+    stiffness: Vec<f64>,
+}
 
 /// Compares grids at the largest torque of the file: first e(φ, T), then k(φ, T).
 ///
@@ -60,47 +87,107 @@ pub fn compare_grids(
             ..options.clone()
         };
         let mesh = LoadedMesh::new(&pair, options)?.map(&[torque])?;
-        let first = mesh.cycles.into_iter().next();
-        first.ok_or_else(|| Error::new(Code::NoConvergence, "the mesh has no position"))
+        let first = mesh.cycles.into_iter().next().ok_or_else(no_position)?;
+        Ok(MeshCurves {
+            te: first.te,
+            stiffness: first.tangent,
+        })
     };
-    if !monitor.proceed("reference") {
-        return Err(interrupted_error());
-    }
-    let solve_all =
-        |grids: &[[usize; 2]]| parallel::try_map(grids, |&grid| solve(grid)).map_err(at);
-    let coarse = [SLICED.slices[0], SLICED.slices[1]].map(|n| [SLICED.positions[0], n]);
-    let coarse = solve_all(&coarse)?;
+    let coarse = [SLICED.along[0], SLICED.along[1]].map(|n| [SLICED.positions[0], n]);
+    let coarse = parallel::try_map(&coarse, |&grid| solve(grid)).map_err(at)?;
     let (few, more) = (&coarse[0].te, &coarse[1].te);
     let grids = match rms_distance(few, more) <= ROUNDING * peak_to_peak(more) {
         true => UNIFORM,
         false => SLICED,
     };
-    let fine = solve_all(&[grids.reference, grids.reference.map(|n| n.div_ceil(2))])?;
+    compare(&grids, torque, solve, monitor).map_err(at)
+}
+
+/// Compares grids of a bevel pair at the largest torque of its file: first e(φ, T), then k(φ, T).
+///
+/// # Errors
+/// No torque, no contact; a load that the teeth cannot carry; interrupted before anything was finished.
+pub fn compare_flank_grids(
+    file: &BevelFile,
+    monitor: &mut Monitor,
+) -> Result<[ComparisonResult; 2], Error> {
+    let at = |error: Error| error.with_span(&file.span);
+    let Some(torque) = file.mesh.torques.last().copied() else {
+        let message = "no torque is given, and without a load the mesh has no stiffness";
+        return Err(at(Error::new(Code::MissingKey, message)
+            .with_hint("write [mesh] with torque = \"100 N·m\" into the file")));
+    };
+    let mut bare = file.clone();
+    bare.mesh.torques.clear();
+    let result = bevel::run(&bare)?;
+    let Some(contact) = &result.contact else {
+        let message = "the flanks do not touch, so that they carry no load";
+        return Err(at(Error::new(Code::OutOfRange, message)
+            .with_hint("`geardyn gear` on this file shows the contact")));
+    };
+    let options = FlankMeshOptions::default();
+    let teeth = result.members.each_ref().map(|m| m.tooth.as_ref());
+    let teeth = bevel_mesh::bending_teeth(file, teeth, &options.materials)?;
+    let bending = teeth.as_ref().map(|teeth| teeth as &dyn ToothBending);
+    let solve = |[positions, stations]: [usize; 2]| {
+        let options = FlankMeshOptions {
+            positions,
+            stations,
+            ..options
+        };
+        let mesh = FlankMesh::new(&contact.pair, &contact.path, options, bending);
+        let mesh = mesh.map(&[torque])?;
+        let first = mesh.cycles.first().ok_or_else(no_position)?;
+        Ok(MeshCurves {
+            te: first.of(|p| p.te),
+            stiffness: first.of(|p| p.tangent),
+        })
+    };
+    compare(&STATIONS, torque, solve, monitor).map_err(at)
+}
+
+fn no_position() -> Error {
+    Error::new(Code::NoConvergence, "the mesh has no position")
+}
+
+/// Compares grids by what `solve` makes of positions, and slices or stations.
+fn compare(
+    grids: &Grids,
+    torque: f64,
+    solve: impl Fn([usize; 2]) -> Result<MeshCurves, Error> + Sync + Send,
+    monitor: &mut Monitor,
+) -> Result<[ComparisonResult; 2], Error> {
+    if !monitor.proceed("reference") {
+        return Err(interrupted_error());
+    }
+    let fine = [grids.reference, grids.reference.map(|n| n.div_ceil(2))];
+    let fine = parallel::try_map(&fine, |&grid| solve(grid))?;
     let (reference, half) = (&fine[0], &fine[1]);
     let [te_scale, stiffness_scale] = [
         peak_to_peak(&reference.te),
-        reference.tangent.iter().sum::<f64>() / reference.tangent.len() as f64,
+        reference.stiffness.iter().sum::<f64>() / reference.stiffness.len() as f64,
     ];
-    let errors = |cycle: &LoadedCycle| {
+    let errors = |curves: &MeshCurves| {
         [
-            rms_distance(&cycle.te, &reference.te) / te_scale,
-            rms_distance(&cycle.tangent, &reference.tangent) / stiffness_scale,
+            rms_distance(&curves.te, &reference.te) / te_scale,
+            rms_distance(&curves.stiffness, &reference.stiffness) / stiffness_scale,
         ]
     };
     let of_reference = errors(half);
     let mut methods = [Vec::new(), Vec::new()];
     let mut interrupted = false;
-    'grids: for &slices in grids.slices {
+    'grids: for &along in grids.along {
         for &positions in grids.positions {
-            if !monitor.proceed(&format!("{positions} positions × {slices} slices")) {
+            let step = format!("{positions} positions × {along} {}", grids.name);
+            if !monitor.proceed(&step) {
                 interrupted = true;
                 break 'grids;
             }
-            let size = Some(ModelSize::MeshGrid { positions, slices });
-            let (outcome, seconds) = min_time(|| solve([positions, slices]));
+            let size = Some((grids.size)([positions, along]));
+            let (outcome, seconds) = min_time(|| solve([positions, along]));
             for (k, methods) in methods.iter_mut().enumerate() {
                 let outcome = outcome.as_ref().map_err(Clone::clone);
-                let judge = |cycle: &LoadedCycle| match errors(cycle)[k] {
+                let judge = |curves: &MeshCurves| match errors(curves)[k] {
                     error if error.is_finite() => Ok(error.max(of_reference[k])),
                     _ => Err("the curve does not vary".to_string()),
                 };
@@ -113,7 +200,7 @@ pub fn compare_grids(
     if methods[0].is_empty() {
         return Err(interrupted_error());
     }
-    let [positions, slices] = grids.reference;
+    let [positions, along] = grids.reference;
     let [te, stiffness] = methods;
     let result = |k: usize, methods: Vec<ComparedMethod>| ComparisonResult {
         quantity: format!("{} at {} N·m", [TE, STIFFNESS][k], format_number(torque)),
@@ -122,7 +209,7 @@ pub fn compare_grids(
             "rms over a pitch, by its mean",
         ][k],
         dofs: None,
-        reference: format!("{positions} positions × {slices} slices"),
+        reference: format!("{positions} positions × {along} {}", grids.name),
         reference_error: of_reference[k],
         methods,
         interrupted,

@@ -719,6 +719,48 @@ convex = { cutter = { point_radius = "113.2 mm" } }
     assert!(message.contains("`spiral_angle` and settings"), "{message}");
 }
 
+/// Torques of change rise from zero, at every position with a strip that begins; the moment in the root of the pinion is that of its share;
+/// the pattern lies on the face; stated departures of the axes have their table and picture.
+#[test]
+fn keeps_changes_root_moments_and_stability() {
+    let load = "[mesh]\ntorque = \"80 N·m\"\npositions = 4\nstations = 12\nchanges = true\n\n[tolerance]\npinion_axial = \"50 µm\"\n\n[housing]\ntorque = \"100 N·m\"\noffset = \"20 µm\"\n\n[gear]\n";
+    let (folder, path) = changed("[gear]\n", load);
+    let picture = folder.path().join("pair.svg");
+    let found = document(&["gear", &path, "--json", "--svg", picture.to_str().unwrap()]);
+    let mesh = &found["mesh"];
+    for k in 0..4 {
+        let path = mesh["changes"][k].as_array().unwrap();
+        let torques: Vec<f64> = path.iter().map(|c| number(&c["torque_nm"])).collect();
+        assert!(torques.is_sorted() && torques[0] > 0.0 && torques[torques.len() - 1] <= 80.0);
+        assert!(path.iter().any(|c| c["begins"] == true));
+        let moments = mesh["root_moment_nm"][0][k].as_array().unwrap();
+        let carried: f64 = moments
+            .iter()
+            .filter(|m| !m.is_null())
+            .map(|m| number(&m[0]))
+            .sum();
+        // Some 1.4 to 4 kN normal force at some 2 to 9 mm above the root.
+        assert!((2.0..40.0).contains(&carried), "{carried} N·m");
+    }
+    let face = numbers(&mesh["lengthwise"][0]["face"]);
+    assert!(face.is_sorted() && face[0] > 0.0 && face[face.len() - 1] < 1.0);
+    let axes: Vec<&str> = (mesh["stability"].as_array().unwrap().iter())
+        .map(|case| case["axes"].as_str().unwrap())
+        .collect();
+    assert_eq!(axes, ["as in the file", "P +50 µm", "P −50 µm", "housing"]);
+    within(
+        "offset under the housing",
+        (number(&mesh["stability"][3]["offset_m"]) - 16e-6).abs(),
+        1e-12,
+    );
+    for suffix in ["-lengthwise", "-stability"] {
+        let drawn = std::fs::read_to_string(folder.path().join(format!("pair{suffix}.svg")));
+        assert!(drawn.unwrap().contains("12/36"), "{suffix}");
+    }
+    let (_, message) = refusal(&["accuracy", NASA]);
+    assert!(message.contains("no torque is given"), "{message}");
+}
+
 /// Loaded contact of the shipped pair: document, table, plan, figures; shares sum to one, pressure and deflection grow with the torque.
 #[test]
 fn keeps_loaded_contact_of_a_bevel_file() {

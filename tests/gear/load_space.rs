@@ -6,7 +6,7 @@ use geardyn::internals::gear::contact::contact_path::{ContactPath, PITCHES};
 use geardyn::internals::gear::contact::pair::FlankPair;
 use geardyn::internals::gear::load::bevel_teeth::BevelTeeth;
 use geardyn::internals::gear::load::contact_line::{ContactCell, ContactLine, ToothLoad};
-use geardyn::internals::gear::load::elliptic_contact::EllipticContact;
+use geardyn::internals::gear::load::elliptic_contact::{EllipticContact, greatest_shear};
 use geardyn::internals::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
 use geardyn::internals::gear::load::loaded_lines::{LineLoads, LoadedLines};
 use geardyn::internals::gear::load::material::Material;
@@ -118,6 +118,7 @@ fn strip(k1: f64, k2: f64, half: usize, length: f64) -> LoadedLines {
             arm: 1.0,
             curvature: k2,
             on_edge: false,
+            ellipse: None,
             teeth: None,
         }
     };
@@ -373,6 +374,7 @@ fn spur_stiffness(teeth: [f64; 2]) -> f64 {
             arm: 1.0,
             curvature,
             on_edge: false,
+            ellipse: None,
             teeth: Some([first(face), second(face)]),
         }
     };
@@ -464,6 +466,261 @@ fn law_stations_converge() {
             .zip(&fine[0])
             .all(|(rigid, bent)| bent < rigid)
     );
+}
+
+/// A contact below a/b 2.9 as one cell: approach, greatest pressure and tangent `1.5 F/δ` are those of the ellipse.
+/// Source: Johnson, Contact Mechanics, 1985, eq. 4.26.
+#[test]
+fn ref_short_ellipse_in_closed_form() {
+    let [k1, k2, force, _, _, p0, approach] = ELLIPTIC[0];
+    let unit = EllipticContact::new([1e3 * k1, 1e3 * k2], 1.0, &STEEL).unwrap();
+    let cell = ContactCell {
+        along: 0.0,
+        length: 1e-3,
+        gap: 0.0,
+        arm: 1.0,
+        curvature: 1e3 * k2,
+        on_edge: false,
+        ellipse: Some(unit),
+        teeth: None,
+    };
+    let line = ContactLine {
+        pair: 0,
+        cells: vec![cell],
+    };
+    let lines = LoadedLines::new(vec![line], STEEL);
+    let loads = lines.solve(force, None).unwrap();
+    let pressure = 1e-6 * largest_pressure(&lines, &loads) / p0 - 1.0;
+    within("greatest pressure", pressure.abs(), 1e-8);
+    within("approach", (1e6 * loads.turn / approach - 1.0).abs(), 1e-8);
+    let tangent = loads.tangent * loads.turn / (1.5 * force);
+    within("tangent", (tangent - 1.0).abs(), 1e-8);
+}
+
+/// Three lines of half spaces share a torque about one axis: turn µrad, greatest pressure N/mm², shares.
+/// Source: tools/loaded_lines_peer.py, the same cells with widths by plain repetition and forces by SciPy's nnls.
+#[test]
+fn ref_three_lines_share_a_torque() {
+    let lines = [
+        (0.6, 64.5, 0.0, 0.1),
+        (0.8, 70.0, 3e-6, 0.095),
+        (0.5, 60.0, 8e-6, 0.105),
+    ];
+    let line = |(k1, k2, gap, arm): (f64, f64, f64, f64)| {
+        let cell = |i: usize| {
+            let along = (i as f64 - 15.5) * 0.6e-3;
+            ContactCell {
+                along,
+                length: 0.6e-3,
+                gap: gap + 0.5 * k1 * along * along,
+                arm,
+                curvature: k2,
+                on_edge: false,
+                ellipse: None,
+                teeth: None,
+            }
+        };
+        ContactLine {
+            pair: 0,
+            cells: (0..32).map(cell).collect(),
+        }
+    };
+    let lines = LoadedLines::new(lines.map(line).to_vec(), STEEL);
+    for (torque, turn, pressure, shares) in [
+        (50.0, 31.862534, 549.0634, [1.0, 0.0, 0.0]),
+        (200.0, 67.357295, 800.2935, [0.768023, 0.231977, 0.0]),
+        (600.0, 116.001298, 1051.2322, [0.578134, 0.279621, 0.142246]),
+    ] {
+        let loads = lines.solve(torque, None).unwrap();
+        println!("{torque} N·m: {} sweeps", loads.sweeps);
+        within("turn", (1e6 * loads.turn / turn - 1.0).abs(), 1e-7);
+        let most = 1e-6 * largest_pressure(&lines, &loads);
+        within("greatest pressure", (most / pressure - 1.0).abs(), 1e-6);
+        for (k, share) in shares.into_iter().enumerate() {
+            let arms = lines.lines[k].cells.iter().map(|c| c.arm);
+            let own: f64 = arms.zip(&loads.forces[k]).map(|(a, f)| a * f).sum();
+            within("share of a line", (own / torque - share).abs(), 1e-6);
+        }
+    }
+}
+
+/// Greatest shear below a line and a circle, and between: depth over the shorter semi-axis, size over the greatest pressure.
+/// Source: Boussinesq's half space under the pressure of an ellipse, integrated on its axis with 200 × 200 points, ν = 0.3.
+#[test]
+fn ref_shear_below_an_ellipse() {
+    for (ratio, depth, size) in [
+        (1.0, 0.480, 0.3100),
+        (0.8, 0.535, 0.3165),
+        (0.6, 0.595, 0.3221),
+        (0.4, 0.665, 0.3252),
+        (0.345, 0.685, 0.3251),
+        (0.2, 0.740, 0.3215),
+        (0.1, 0.770, 0.3144),
+    ] {
+        let found = greatest_shear(ratio);
+        within("depth", (found[0] - depth).abs(), 0.006);
+        within("size", (found[1] - size).abs(), 0.004);
+    }
+}
+
+/// The moment in the root line of a plate is the force times its height above that line.
+#[test]
+fn exact_root_moment() {
+    let [width, height] = [0.04, 0.012];
+    let shape = PlateShape {
+        corners: [
+            [[0.0, 0.0], [0.002, height]],
+            [[width, 0.0], [width, 0.8 * height]],
+        ],
+        material: STEEL[0],
+    };
+    let plate = ToothPlate::new(&shape, |[face, up]| 0.01 - 0.004 * up + 0.001 * face).unwrap();
+    for ([face, up], cosine) in [([0.3, 0.6], 0.9), ([0.9, 1.0], 1.0)] {
+        let (loading, _) = plate.load([face, up], cosine);
+        let moment = plate.root_moment(&loading);
+        let arm = up * height * (1.0 - 0.2 * face);
+        within(
+            "moment of 1 N",
+            (moment.total / (cosine * arm) - 1.0).abs(),
+            1e-9,
+        );
+        assert!(moment.greatest > moment.total / width);
+    }
+}
+
+/// At the torques of change the set of strips that carry changes, and nowhere between; there the turn is all but affine in the torque.
+#[test]
+fn law_affine_between_changes() {
+    let (pair, path, teeth) = shipped();
+    let options = FlankMeshOptions {
+        stations: 20,
+        ..FlankMeshOptions::default()
+    };
+    let mesh = FlankMesh::new(&pair, &path, options, Some(&teeth));
+    let position = mesh.position(mesh.angle(9)).unwrap();
+    let lines = &position.lines;
+    let changes = lines.changes(900.0).unwrap();
+    assert!(changes.len() > 8 && changes.iter().any(|c| lines.lines[c.line].pair != 0));
+    let place = |line: usize, cell: usize| {
+        let before: usize = lines.lines[..line].iter().map(|l| l.cells.len()).sum();
+        before + cell
+    };
+    let at = |torque: f64| lines.solve(torque, None).unwrap();
+    let mut bent = 0f64;
+    for two in changes
+        .windows(2)
+        .filter(|w| w[1].torque > 1.06 * w[0].torque)
+    {
+        let [from, to] = [two[0].torque * 1.002, two[1].torque * 0.998];
+        let (low, middle, high) = (at(from), at(0.5 * (from + to)), at(to));
+        assert_eq!(
+            low.active, middle.active,
+            "a change between {from} and {to} N·m"
+        );
+        assert_eq!(
+            middle.active, high.active,
+            "a change between {from} and {to} N·m"
+        );
+        let rise = high.turn - low.turn;
+        let off = middle.turn - 0.5 * (low.turn + high.turn);
+        bent = bent.max((off / rise).abs());
+        let after = at(two[1].torque * 1.002);
+        let cell = place(two[1].line, two[1].cell);
+        assert_eq!(after.active[cell], two[1].begins);
+        assert_eq!(high.active[cell], !two[1].begins);
+    }
+    println!(
+        "{} changes, off a straight line by {bent:.5} of the rise",
+        changes.len()
+    );
+    // The widths grow with the force and enter by their logarithm.
+    within("bend of the turn between changes", bent, 0.02);
+}
+
+/// A pair whose gear is cut by a head of a third of the radius: its ellipse is short, and its pressure is that of the closed form.
+#[test]
+fn law_short_ellipses_of_a_crowned_pair() {
+    let text = std::fs::read_to_string("models/gears/bevel_12_36.toml").unwrap();
+    let of_shipped =
+        "convex  = { cutter = { point_radius = \"2.9675 in\", blade_angle = \"22 deg\" } }";
+    let crowned = "convex = { cutter = { point_radius = \"0.9675 in\", blade_angle = \"22 deg\" }, radial_distance = \"2.736 in\", cradle_angle = \"17.42 deg\" }";
+    assert!(text.contains(of_shipped));
+    let source = load::source_from_text("crowned.toml".into(), &text.replace(of_shipped, crowned));
+    let file = bevel_file::read(&source, &Flags::default()).unwrap();
+    let contact = bevel::run(&file).unwrap().contact.unwrap();
+    let options = FlankMeshOptions {
+        positions: 6,
+        ..FlankMeshOptions::default()
+    };
+    let mesh = FlankMesh::new(&contact.pair, &contact.path, options, None);
+    let result = mesh.map(&[5.0]).unwrap();
+    let at_reference = &result.cycles[0].positions[0];
+    let ellipse = contact.pair.ellipse(&contact.path.reference, 1e-6).unwrap();
+    let [long, short] = ellipse.semi_axes;
+    // Semi-axes of an offset are √(2 offset/κ).
+    let curvatures = [long, short].map(|axis| 2e-6 / (axis * axis));
+    let force = at_reference.places[0].force;
+    let exact = EllipticContact::new(curvatures, force, &STEEL).unwrap();
+    println!(
+        "a/b {:.3}, {} places",
+        exact.aspect(),
+        at_reference.places.len()
+    );
+    assert_eq!(at_reference.ellipses, 1);
+    within(
+        "greatest pressure",
+        (at_reference.pressure.unwrap() / exact.pressure - 1.0).abs(),
+        0.01,
+    );
+}
+
+/// The deflection of a housing at a torque is an error of assembly of that size, and departures of nothing move nothing.
+#[test]
+fn law_housing_is_an_error_of_assembly() {
+    let text = std::fs::read_to_string("models/gears/bevel_12_36.toml").unwrap();
+    let with = |more: &str| {
+        let text =
+            format!("{text}\n[mesh]\npositions = 6\nstations = 12\ntorque = \"100 N·m\"\n{more}");
+        let source = load::source_from_text("housing.toml".into(), &text);
+        let file = bevel_file::read(&source, &Flags::default()).unwrap();
+        bevel::run(&file).unwrap().mesh.unwrap()
+    };
+    let found = with(
+        "[tolerance]\npinion_axial = \"30 µm\"\n[housing]\ntorque = \"50 N·m\"\noffset = \"10 µm\"\npinion_axial = \"15 µm\"\n",
+    );
+    let state = |k: usize| found.stability[k].contact.unwrap();
+    assert_eq!(found.stability.len(), 4);
+    assert_eq!(state(0).shift, [0.0, 0.0]);
+    let peak = peak_to_peak(&found.mesh.cycles[0].of(|p| p.te));
+    assert!((state(0).peak_to_peak / peak - 1.0).abs() < 1e-12);
+    // Both ways move the pattern against each other.
+    assert!(state(1).shift[0] * state(2).shift[0] < 0.0);
+    let moved = with("[tolerance]\noffset = \"20 µm\"\n");
+    assert_ne!(moved.stability[1].contact, found.stability[3].contact);
+    let text = text.replace(
+        "pinion_axial = \"0.02 in\"",
+        "pinion_axial = \"0.538 mm\", offset = \"20 µm\"",
+    );
+    let source = load::source_from_text(
+        "moved.toml".into(),
+        &format!("{text}\n[mesh]\npositions = 6\nstations = 12\ntorque = \"100 N·m\"\n"),
+    );
+    let file = bevel_file::read(&source, &Flags::default()).unwrap();
+    let mesh = bevel::run(&file).unwrap().mesh.unwrap().mesh;
+    let peak = peak_to_peak(&mesh.cycles[0].of(|p| p.te));
+    assert!((state(3).peak_to_peak / peak - 1.0).abs() < 1e-6);
+}
+
+/// A housing without its torque.
+#[test]
+fn refuses_a_housing_without_torque() {
+    let text = std::fs::read_to_string("models/gears/bevel_12_36.toml").unwrap();
+    let source = load::source_from_text(
+        "housing.toml".into(),
+        &format!("{text}\n[housing]\noffset = \"10 µm\"\n"),
+    );
+    let errors = bevel_file::read(&source, &Flags::default()).unwrap_err();
+    assert!(format!("{errors:?}").contains("torque"));
 }
 
 /// Time of a loaded position with 32 stations.

@@ -25,6 +25,7 @@ const MESH: &[Key] = &[
     number("positions", "N", "Positions in one pitch; 60 by default"),
     number("slices", "N", "Slices along the face width; 40 for each axial pitch by default, 11 or more"),
     number("stations", "N", "Stations along the face of a bevel pair; 32 by default"),
+    switch("changes", "Torques at which strips of a bevel pair begin or cease to carry as the load is raised"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),
     word::<BodyModel>("body", "BODY", "Gear body of the energy method; half-plane by default"),
     switch("least-relief", "Seek the tip relief of least peak-to-peak transmission error over the torques"),
@@ -35,7 +36,7 @@ const MESH: &[Key] = &[
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes, of bevel gears transmission error, with a torque the loaded one with stiffness, of worms and crossed gears the contacts, of helicoids the profile of the tool")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg), the designed profile over the length of roll (-profile) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off), with a torque the mesh (-mesh, -load, -sharing, -harris); of worms the lines of contact, of crossed gears the ellipse, of helicoids the tool (FILE-deviation.svg) or what the hob leaves (FILE-feed-marks.svg); of pairs on two axes the axodes (FILE-axodes.svg)")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg), the designed profile over the length of roll (-profile) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off), with a torque the mesh (-mesh, -load, -lengthwise, -sharing, -harris) and the stability (-stability); of worms the lines of contact, of crossed gears the ellipse, of helicoids the tool (FILE-deviation.svg) or what the hob leaves (FILE-feed-marks.svg); of pairs on two axes the axodes (FILE-axodes.svg)")))]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
     /// Further computations.

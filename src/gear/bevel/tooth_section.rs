@@ -58,6 +58,15 @@ impl ToothSection {
         length(self.corners[0]).max(length(self.corners[1]))
     }
 
+    /// Length of the face at half height, and from root to tip at half the face, m.
+    pub fn mean_lengths(&self) -> [f64; 2] {
+        let length = |a: [f64; 2], b: [f64; 2]| f64::hypot(b[0] - a[0], b[1] - a[1]);
+        [
+            length(self.at(0.0, 0.5), self.at(1.0, 0.5)),
+            length(self.at(0.5, 0.0), self.at(0.5, 1.0)),
+        ]
+    }
+
     /// Shares of face and height of `[z, radius]`, the inverse of [`ToothSection::at`]; none where the section is degenerate.
     pub fn shares(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         newton([0.5, 0.5], [1.0, 1.0], |[face, height]| {

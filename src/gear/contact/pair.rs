@@ -23,6 +23,18 @@ pub struct Assembly {
     pub gear_axial: f64,
 }
 
+impl Assembly {
+    /// The places with a share of a change added.
+    pub fn changed(&self, change: &Assembly, share: f64) -> Assembly {
+        Assembly {
+            shaft_angle: self.shaft_angle + share * change.shaft_angle,
+            offset: self.offset + share * change.offset,
+            pinion_axial: self.pinion_axial + share * change.pinion_axial,
+            gear_axial: self.gear_axial + share * change.gear_axial,
+        }
+    }
+}
+
 /// Two flanks in mesh.
 #[derive(Debug, Clone)]
 pub struct FlankPair {

@@ -18,8 +18,8 @@ use crate::gear::kernel::vector::Vector;
 const HEIGHTS: usize = 13;
 /// Newton steps towards the top of a station.
 const STEPS: usize = 30;
-/// A step of the height below this share is the last.
-const LAST_STEP: f64 = 1e-7;
+/// A step of the height below this share is not taken but counted in te, by half slope times step: the rest is of its third power.
+const LAST_STEP: f64 = 1e-3;
 /// Secants towards the height at which a station enters the gear's blank: the distance from an edge is nearly straight between nodes.
 const SECANTS: usize = 2;
 
@@ -80,6 +80,16 @@ struct Place {
     gear: [f64; 3],
 }
 
+impl Place {
+    /// Height and gear parameters at the next station, from the one before and this one.
+    fn beyond(&self, before: &Place, face: f64) -> (f64, [f64; 3]) {
+        let share = (face - self.point.face) / (self.point.face - before.point.face);
+        let on = |last: f64, before: f64| last + share * (last - before);
+        let gear = std::array::from_fn(|i| on(self.gear[i], before.gear[i]));
+        (on(self.point.height, before.point.height), gear)
+    }
+}
+
 impl RidgeStations {
     /// Stations of a pair at these shares of the face; none where the flanks are not found.
     pub fn new(pair: &FlankPair, reference: &ContactPoint, faces: &[f64]) -> RidgeStations {
@@ -100,14 +110,15 @@ impl RidgeStations {
     /// The ridge of pair 0 at an angle of the pinion: its stations that lie inside both blanks.
     pub fn ridge(&self, pair: &FlankPair, pinion_angle: f64) -> Vec<RidgePoint> {
         let mut found = Vec::new();
-        let mut near: Option<Place> = None;
+        let mut near: [Option<Place>; 2] = [None, None];
         for station in &self.stations {
             let Some((bounds, edges)) = self.bounds(pair, station, pinion_angle) else {
                 continue;
             };
             let (height, gear) = match &near {
-                Some(place) => (place.point.height, place.gear),
-                None => (0.5 * (bounds[0] + bounds[1]), self.gear_start),
+                [Some(before), Some(last)] => last.beyond(before, station.face),
+                [_, Some(last)] => (last.point.height, last.gear),
+                _ => (0.5 * (bounds[0] + bounds[1]), self.gear_start),
             };
             let at =
                 |height: f64, gear: [f64; 3]| self.place(pair, station, pinion_angle, height, gear);
@@ -119,7 +130,7 @@ impl RidgeStations {
                     _ => None,
                 };
                 found.push(top.point);
-                near = Some(top);
+                near = [near[1].take(), Some(top)];
             }
         }
         found
@@ -247,14 +258,17 @@ impl Station {
         station
     }
 
-    /// Parameters of the node nearest a height.
+    /// Parameters at a height between those of its nodes, or of the one that exists.
     fn near(&self, height: f64) -> Option<[f64; 3]> {
         let place = height * (HEIGHTS - 1) as f64;
-        let nearest = [place.round(), place.floor(), place.ceil()];
-        let mut nodes = nearest
-            .into_iter()
-            .filter_map(|i| *self.nodes.get(i as usize)?);
-        nodes.next().map(|(at, _)| at)
+        let before = place.floor().clamp(0.0, (HEIGHTS - 2) as f64);
+        let node = |i: usize| self.nodes[i].map(|(at, _)| at);
+        let (low, high) = (node(before as usize), node(before as usize + 1));
+        let (Some(low), Some(high)) = (low, high) else {
+            return low.or(high);
+        };
+        let share = place - before;
+        Some(std::array::from_fn(|i| low[i] + share * (high[i] - low[i])))
     }
 
     /// The flank at a height of the station, in the pinion's frame, from parameters near it.
@@ -311,7 +325,9 @@ fn highest(
             true if newton <= low && here > low => low,
             _ => 0.5 * (low + high),
         };
-        if (next - here).abs() <= LAST_STEP {
+        let is_bound = next == bounds[0] || next == bounds[1];
+        if (next - here).abs() <= LAST_STEP && !is_bound {
+            place.point.te += 0.5 * place.slope * (next - here);
             break;
         }
         place = at(next, place.gear)?;

@@ -8,7 +8,7 @@
 use super::contact_line::ToothLoad;
 use super::flank_mesh::ToothBending;
 use super::material::Material;
-use super::tooth_plate::{PlateShape, ToothPlate};
+use super::tooth_plate::{PlateShape, RootMoment, ToothPlate};
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::bevel::tooth_section::ToothSection;
@@ -84,6 +84,10 @@ impl ToothBending for BevelTeeth {
             shape,
             response,
         })
+    }
+
+    fn root_moment(&self, member: usize, loading: &[f64]) -> RootMoment {
+        self.members[member].plate.root_moment(loading)
     }
 }
 

@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use super::hertz::plane_strain_sum;
+use super::elliptic_contact::EllipticContact;
 use super::material::Material;
 
 /// A cell of a contact line: a length that carries one force.
@@ -26,6 +26,8 @@ pub struct ContactCell {
     pub curvature: f64,
     /// It lies on an edge of a tooth.
     pub on_edge: bool,
+    /// Elliptic contact under 1 N, if the cell represents all of it and is the only cell of its line.
+    pub ellipse: Option<EllipticContact>,
     /// Teeth of both members under it; none where they are rigid.
     pub teeth: Option<[ToothLoad; 2]>,
 }
@@ -51,59 +53,30 @@ pub struct ContactLine {
 }
 
 impl ContactLine {
-    /// Compliance that does not depend on the widths, row by row: bending of both teeth less their half spaces beyond the middle.
+    /// Compliance that does not depend on the widths, lower triangle row by row: bending of both teeth less their half spaces beyond the
+    /// middle, each pair of cells by the mean of both views.
     pub(super) fn tooth_compliance(&self, materials: &[Material; 2]) -> Vec<f64> {
-        self.symmetric(|i, row| {
-            for (j, value) in row.iter_mut().enumerate() {
-                let cells = (&self.cells[i], &self.cells[j]);
-                let (Some(here), Some(there)) = (&cells.0.teeth, &cells.1.teeth) else {
-                    continue;
-                };
-                for k in 0..2 {
-                    let bending: f64 = (here[k].shape.iter().zip(&there[k].response))
-                        .map(|(a, b)| a * b)
-                        .sum();
-                    *value += bending - below_middle(cells, here[k].depth, &materials[k]);
-                }
-            }
-        })
-    }
-
-    /// Compliance of the half spaces at half widths of the cells, m/N, row by row.
-    pub(super) fn contact_compliance(&self, widths: &[f64], materials: &[Material; 2]) -> Vec<f64> {
-        let compliance = plane_strain_sum(materials) / PI;
-        let widest = widths.iter().copied().fold(0.0, f64::max);
-        let y = 0.5 * widest * (-0.5f64).exp();
-        self.symmetric(|i, row| {
-            for (value, cell) in row.iter_mut().zip(&self.cells) {
-                let [near, far] = self.ends(i, cell);
-                *value = compliance / cell.length * ((far / y).asinh() - (near / y).asinh());
-            }
-            row[i] += compliance / self.cells[i].length * 2.0 * (widest / widths[i]).ln();
-        })
-    }
-
-    /// Places of the ends of a cell along the line, from the middle of cell i.
-    fn ends(&self, i: usize, cell: &ContactCell) -> [f64; 2] {
-        let apart = cell.along - self.cells[i].along;
-        [apart - 0.5 * cell.length, apart + 0.5 * cell.length]
-    }
-
-    /// The mean of a matrix and its transpose: cells of unequal lengths see each other differently by the second order of their length.
-    fn symmetric(&self, fill: impl Fn(usize, &mut [f64])) -> Vec<f64> {
-        let n = self.cells.len();
-        let mut rows = vec![0.0; n * n];
-        for (i, row) in rows.chunks_exact_mut(n.max(1)).enumerate() {
-            fill(i, row);
-        }
-        for i in 0..n {
-            for j in 0..i {
-                let mean = 0.5 * (rows[i * n + j] + rows[j * n + i]);
-                (rows[i * n + j], rows[j * n + i]) = (mean, mean);
+        let mut triangle = Vec::with_capacity(self.cells.len() * (self.cells.len() + 1) / 2);
+        for (i, here) in self.cells.iter().enumerate() {
+            for there in &self.cells[..=i] {
+                triangle.push(0.5 * (seen(here, there, materials) + seen(there, here, materials)));
             }
         }
-        rows
+        triangle
     }
+}
+
+/// Displacement of the teeth under a cell for a unit force on another, m/N; zero where they are rigid.
+fn seen(here: &ContactCell, there: &ContactCell, materials: &[Material; 2]) -> f64 {
+    let (Some(own), Some(loaded)) = (&here.teeth, &there.teeth) else {
+        return 0.0;
+    };
+    let member = |k: usize| {
+        let terms = own[k].shape.iter().zip(&loaded[k].response);
+        let bending: f64 = terms.map(|(a, b)| a * b).sum();
+        bending - below_middle((here, there), own[k].depth, &materials[k])
+    };
+    member(0) + member(1)
 }
 
 /// Displacement of one half space at a depth below the first cell for a unit force on the second, m/N.

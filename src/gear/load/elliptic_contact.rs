@@ -53,6 +53,30 @@ impl EllipticContact {
             approach: 1.5 * force * compliance * k / (PI * long),
         })
     }
+
+    /// Aspect ratio a/b, which does not depend on the force.
+    pub fn aspect(&self) -> f64 {
+        self.semi_axes[0] / self.semi_axes[1]
+    }
+}
+
+/// Depth below the middle of an ellipse of the greatest shear, in shorter semi-axes, and that shear over the greatest pressure, by b/a in
+/// steps of 0.2 from a line to a circle, of Poisson's ratio 0.3: Johnson, Contact Mechanics (1985), table 4.1.
+const SHEAR: [[f64; 2]; 6] = [
+    [0.785, 0.300],
+    [0.745, 0.322],
+    [0.665, 0.325],
+    [0.590, 0.323],
+    [0.530, 0.317],
+    [0.480, 0.310],
+];
+
+/// Depth of the greatest shear in half widths and its size over the greatest pressure at a ratio b/a, 0 for a line.
+pub fn greatest_shear(ratio: f64) -> [f64; 2] {
+    let place = ratio.clamp(0.0, 1.0) * (SHEAR.len() - 1) as f64;
+    let before = (place.floor() as usize).min(SHEAR.len() - 2);
+    let share = place - before as f64;
+    [0, 1].map(|k| SHEAR[before][k] + share * (SHEAR[before + 1][k] - SHEAR[before][k]))
 }
 
 /// a/b of a ratio κ₁/κ₂ of curvatures up to 1; none where the ratio is not positive or the ellipse is too long.

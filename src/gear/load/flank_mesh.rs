@@ -1,30 +1,39 @@
 //! Loaded contact of flanks in space over one pitch: ridges of least gap as contact lines, `e(φ, T) = e₀(φ) − Δ(φ, T)` about the gear's axis.
 //!
 //! The gap of a station is arm × (highest e₀ − its own), the curvature across the ridge that along the height over sin² of the angle
-//! between both. The ridge knows no load: it is computed once a position, for all torques.
+//! between both. The ridge knows no load: it is computed once a position, for all torques. A line of a contact ellipse with a/b below
+//! 2.9, which has too few cells, becomes one cell with the closed form of that ellipse; a/b knows no load either.
 
 use super::contact_line::{ContactCell, ContactLine, ToothLoad};
-use super::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, LoadedPlace};
+use super::elliptic_contact::{EllipticContact, greatest_shear};
+use super::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, LoadedPlace, StripChange};
+use super::load_path::CarryingChange;
 use super::loaded_lines::{LineLoads, LoadedLines};
 use super::material::Material;
+use super::tooth_plate::RootMoment;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::contact::contact_path::ContactPath;
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::ridge::{RidgePoint, RidgeStations};
+use crate::numeric::parallel;
 
 /// Pitches from the reference contact within which a pair of teeth may carry.
 const REACH: f64 = 2.5;
 /// Least relative curvature across a contact, 1/m: flanks that fit closer are taken as a cylinder of 10 m.
 const LEAST_CURVATURE: f64 = 0.1;
-/// Depth below a line contact of the greatest shear, in half widths, and that shear over the greatest pressure: Johnson, Contact
-/// Mechanics (1985), eq. 4.47.
-pub const SHEAR: [f64; 2] = [0.78, 0.30];
+/// a/b from which strips have the cells to resolve a contact: with 1.2 half widths each, five.
+pub const LEAST_ASPECT: f64 = 2.9;
+/// Gap in transverse modules of the gear that no load closes: pairs of teeth further apart are left out.
+const FARTHEST: f64 = 0.1;
 
 /// Teeth that bend under a force at a place of their section.
-pub trait ToothBending {
+pub trait ToothBending: Sync {
     /// The load on the tooth of a member under a unit force along the normal at `[z, radius]`.
     fn at(&self, member: usize, place: [f64; 2]) -> Option<ToothLoad>;
+
+    /// Moment in the root line of a member's tooth under the sum of its shape functions, each times its force, N.
+    fn root_moment(&self, member: usize, loading: &[f64]) -> RootMoment;
 }
 
 /// Options of a mesh of flanks.
@@ -66,6 +75,8 @@ pub struct FlankPosition {
     pub lines: LoadedLines,
     /// Places of their cells.
     pub ridges: Vec<Vec<RidgePoint>>,
+    /// Distance of each line's ellipse from the nearer end of its ridge, m; none of strips.
+    reaches: Vec<Option<f64>>,
 }
 
 impl FlankMesh<'_> {
@@ -120,15 +131,34 @@ impl FlankMesh<'_> {
         })?;
         let leading = self.pair.leading(self.path, angle);
         let unloaded_te = leading.map_or(highest, |l| l.te.max(highest));
+        let lowest = unloaded_te - 2.0 * FARTHEST / f64::from(self.pair.teeth[1]);
         let spacing = 1.0 / self.options.stations as f64;
-        let lines = found.iter().map(|(pair, ridge)| ContactLine {
-            pair: *pair,
-            cells: self.cells(ridge, unloaded_te, spacing),
-        });
+        let (mut lines, mut ridges, mut reaches) = (Vec::new(), Vec::new(), Vec::new());
+        for (pair, ridge) in found {
+            if ridge.iter().all(|p| p.te < lowest) {
+                continue;
+            }
+            let mut cells = self.cells(&ridge, unloaded_te, spacing);
+            let ellipse = self.ellipse(&cells, &ridge);
+            reaches.push(ellipse.as_ref().map(|(_, cell)| {
+                let [first, last] = [&cells[0], &cells[cells.len() - 1]];
+                let before = cell.along - first.along + 0.5 * first.length;
+                before.min(last.along + 0.5 * last.length - cell.along)
+            }));
+            match ellipse {
+                Some((at, cell)) => {
+                    ridges.push(vec![ridge[at]]);
+                    cells = vec![cell];
+                }
+                None => ridges.push(ridge),
+            }
+            lines.push(ContactLine { pair, cells });
+        }
         Ok(FlankPosition {
             unloaded_te,
-            lines: LoadedLines::new(lines.collect(), self.options.materials),
-            ridges: found.into_iter().map(|(_, ridge)| ridge).collect(),
+            lines: LoadedLines::new(lines, self.options.materials),
+            ridges,
+            reaches,
         })
     }
 
@@ -140,25 +170,79 @@ impl FlankMesh<'_> {
         let count = self.options.positions;
         let ratio = self.pair.ratio().abs();
         let angles: Vec<f64> = (0..count).map(|i| self.angle(i)).collect();
-        let mut unloaded_te = Vec::with_capacity(count);
-        let mut cycles: Vec<FlankCycle> = torques.iter().map(|t| FlankCycle::new(*t)).collect();
-        for angle in &angles {
+        let positions = parallel::try_map(&angles, |angle| {
             let position = self.position(*angle)?;
-            unloaded_te.push(position.unloaded_te);
             let mut start: Option<LineLoads> = None;
-            for cycle in &mut cycles {
-                let loads = position.lines.solve(cycle.torque / ratio, start.as_ref())?;
-                cycle
-                    .positions
-                    .push(position.load(&loads, cycle.torque / ratio));
+            let mut loaded = Vec::with_capacity(torques.len());
+            for torque in torques.iter().map(|t| t / ratio) {
+                let loads = position.lines.solve(torque, start.as_ref())?;
+                loaded.push(position.load(&loads, torque, self.teeth));
                 start = Some(loads);
             }
+            Ok::<_, Error>((position.unloaded_te, loaded))
+        })?;
+        let mut unloaded_te = Vec::with_capacity(count);
+        let mut cycles: Vec<FlankCycle> = torques.iter().map(|t| FlankCycle::new(*t)).collect();
+        for (te, loaded) in positions {
+            unloaded_te.push(te);
+            let pairs = cycles.iter_mut().zip(loaded);
+            pairs.for_each(|(cycle, load)| cycle.positions.push(load));
         }
         Ok(FlankMeshResult {
             pinion_angles: angles,
             pitch: self.pair.pitch(),
             unloaded_te,
             cycles,
+        })
+    }
+
+    /// Torques of the pinion at which the set of strips that carry changes as the load is raised, by position, N·m.
+    ///
+    /// # Errors
+    /// As `position` and `LoadedLines::changes`.
+    pub fn changes(&self, torque: f64) -> Result<Vec<Vec<StripChange>>, Error> {
+        let ratio = self.pair.ratio().abs();
+        let at = |i: &usize| {
+            let position = self.position(self.angle(*i))?;
+            let changes = position.lines.changes(torque / ratio)?;
+            let strip = |change: &CarryingChange| StripChange {
+                torque: change.torque * ratio,
+                pair: position.lines.lines[change.line].pair,
+                face: position.ridges[change.line][change.cell].face,
+                begins: change.begins,
+            };
+            Ok(changes.iter().map(strip).collect())
+        };
+        parallel::try_map(&(0..self.options.positions).collect::<Vec<_>>(), at)
+    }
+
+    /// The cell of a whole contact whose ellipse is shorter than strips resolve, and the place of its middle on the ridge; none where the
+    /// ridge is highest at an end or on an edge.
+    fn ellipse(&self, cells: &[ContactCell], ridge: &[RidgePoint]) -> Option<(usize, ContactCell)> {
+        let by_gap = |a: &usize, b: &usize| cells[*a].gap.total_cmp(&cells[*b].gap);
+        let top = (0..cells.len()).min_by(by_gap)?;
+        let near = cells.get(top.checked_sub(1)?..top + 2)?;
+        if near.iter().any(|cell| cell.on_edge) {
+            return None;
+        }
+        // Parabola of the gap along the ridge through the highest place and its neighbours.
+        let step = |i: usize| near[i + 1].along - near[i].along;
+        let slope = |i: usize| (near[i + 1].gap - near[i].gap) / step(i);
+        let along = 2.0 * (slope(1) - slope(0)) / (step(0) + step(1));
+        let at_top = (slope(0) * step(1) + slope(1) * step(0)) / (step(0) + step(1));
+        let off = -at_top / along;
+        let here = &ridge[top];
+        let chord = (ridge[top + 1].point - ridge[top - 1].point).unit()?;
+        let curvatures = principal(along, here.curvature, chord.dot(here.along_height))?;
+        let unit = EllipticContact::new(curvatures, 1.0, &self.options.materials)?;
+        (unit.aspect() < LEAST_ASPECT).then(|| {
+            let cell = ContactCell {
+                along: cells[top].along + off,
+                gap: (cells[top].gap + 0.5 * at_top * off).max(0.0),
+                ellipse: Some(unit),
+                ..cells[top].clone()
+            };
+            (top, cell)
         })
     }
 
@@ -184,6 +268,7 @@ impl FlankMesh<'_> {
                 arm: here.arm,
                 curvature: across.max(LEAST_CURVATURE),
                 on_edge: here.edge.is_some(),
+                ellipse: None,
                 teeth: self.teeth.and_then(|teeth| {
                     Some([teeth.at(0, here.places[0])?, teeth.at(1, here.places[1])?])
                 }),
@@ -195,7 +280,7 @@ impl FlankMesh<'_> {
 
 impl FlankPosition {
     /// Results of a load at this position; `torque` is that of the gear, N·m.
-    fn load(&self, loads: &LineLoads, torque: f64) -> FlankLoad {
+    fn load(&self, loads: &LineLoads, torque: f64, teeth: Option<&dyn ToothBending>) -> FlankLoad {
         let mut load = FlankLoad {
             te: self.unloaded_te - loads.turn,
             secant: torque / loads.turn,
@@ -205,6 +290,9 @@ impl FlankPosition {
             edge_share: 0.0,
             shear: None,
             coarse: 0.0,
+            ellipses: 0,
+            overhang: 0.0,
+            root_moments: Vec::with_capacity(self.lines.lines.len()),
             places: Vec::new(),
         };
         for (k, line) in self.lines.lines.iter().enumerate() {
@@ -217,10 +305,20 @@ impl FlankPosition {
                 let part = force * cell.arm / torque;
                 share += part;
                 let pressure = LoadedLines::pressure(cell, force, width);
-                load.coarse = load.coarse.max(width / cell.length);
+                let aspect = cell.ellipse.map(|ellipse| ellipse.aspect());
+                match (aspect, self.reaches[k]) {
+                    (Some(aspect), Some(reach)) => {
+                        load.ellipses += 1;
+                        load.overhang = load.overhang.max(aspect * width / reach);
+                    }
+                    _ => load.coarse = load.coarse.max(width / cell.length),
+                }
                 load.places.push(LoadedPlace {
                     pair: line.pair,
                     at: self.ridges[k][i].places,
+                    face: self.ridges[k][i].face,
+                    force,
+                    line_load: 0.5 * std::f64::consts::PI * width * pressure,
                     pressure,
                     width,
                     on_edge: cell.on_edge,
@@ -229,11 +327,44 @@ impl FlankPosition {
                     load.edge_share += part;
                 } else if load.pressure.is_none_or(|most| pressure > most) {
                     load.pressure = Some(pressure);
-                    load.shear = Some([SHEAR[0] * width, SHEAR[1] * pressure]);
+                    let [depth, size] = greatest_shear(aspect.map_or(0.0, f64::recip));
+                    load.shear = Some([depth * width, size * pressure]);
                 }
             }
             load.shares.push((line.pair, share));
+            let moments = teeth.and_then(|teeth| root_moments(teeth, line, &loads.forces[k]));
+            load.root_moments.extend(moments.map(|m| (line.pair, m)));
         }
         load
     }
+}
+
+/// Moments in the root lines of both teeth of a line under its forces; none where teeth are rigid there.
+fn root_moments(
+    teeth: &dyn ToothBending,
+    line: &ContactLine,
+    forces: &[f64],
+) -> Option<[RootMoment; 2]> {
+    let member = |k: usize| {
+        let mut loading: Vec<f64> = Vec::new();
+        for (cell, force) in line.cells.iter().zip(forces) {
+            let shape = &cell.teeth.as_ref()?[k].shape;
+            loading.resize(shape.len(), 0.0);
+            let sums = loading.iter_mut().zip(shape);
+            sums.for_each(|(sum, value)| *sum += force * value);
+        }
+        Some(teeth.root_moment(k, &loading))
+    };
+    Some([member(0)?, member(1)?])
+}
+
+/// Principal curvatures of a gap whose curvature is `along` a ridge and `over` the height, which it makes the angle of `cosine` with: the
+/// two directions are conjugate, since the gap is least over the height on the ridge.
+fn principal(along: f64, over: f64, cosine: f64) -> Option<[f64; 2]> {
+    let sine_square = 1.0 - cosine * cosine;
+    let across = (over + cosine * cosine * along) / sine_square;
+    let mixed = -along * cosine / sine_square.sqrt();
+    let (mean, half) = (0.5 * (along + across), 0.5 * (along - across));
+    let apart = half.hypot(mixed);
+    (mean > apart).then_some([mean - apart, mean + apart])
 }

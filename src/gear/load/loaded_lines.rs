@@ -1,22 +1,25 @@
-//! Load sharing of contact lines: `C F = a Δ − g` where `F > 0`, `a·F = T`, half widths `b_i = √(4 F_i/(π E* l_i κ_i))` by a fixed point.
+//! Load sharing of contact lines: `C F = a Δ − g` where `F > 0`, `a·F = T`, half widths `b_i = √(4 F_i/(π E* l_i κ_i))` by Newton's method.
 //!
 //! Any kind of pair gives its contact lines; everything behind them is the same. At fixed widths and a fixed set of carrying cells Δ is
-//! affine in the torque; the widths enter by their logarithm, so a few sweeps settle them. Their change with the force makes the tangent
-//! stiffer than the secant: `∂(C F)/∂F` has `1/(π E* l_i)` less on its diagonal.
+//! affine in the torque. A width enters by its logarithm, so the own term of a cell that carries F' has the tangent `C_ii − D`,
+//! `D = 1/(π E* l_i)`, of an ellipse, whose approach grows with F^⅔, two thirds of its secant: each sweep solves the problem of the
+//! compliance `C − D` and the gaps `g + D F'`, and the last one gives the tangent stiffness. That the largest width of a line sets the
+//! kernel of all its cells is left out of the tangent: it costs a sweep or two and less than 2 % of the tangent.
 
 use std::f64::consts::PI;
 
 use super::contact_line::{ContactCell, ContactLine};
 use super::hertz::plane_strain_sum;
 use super::material::Material;
+use super::strip_kernel::StripKernel;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::complementarity::{ContactProblem, ContactSolution};
 use crate::numeric::profile_matrix::ProfileMatrix;
 
-/// Sweeps of the widths before the search is given up: 6 to 12 settle them.
+/// Sweeps of the widths before the search is given up: 3 to 7 settle them.
 const SWEEPS: usize = 40;
-/// Sweeps before each goes halfway only, in the logarithm: a cell that enters and leaves in turn settles so.
+/// Sweeps before each goes halfway only: a cell that enters and leaves in turn settles so.
 const UNDAMPED: usize = 12;
 /// Change of the approach between two sweeps, relative, at which the widths are settled.
 const SETTLED: f64 = 1e-8;
@@ -30,9 +33,20 @@ const NARROWEST: f64 = 1e-4;
 pub struct LoadedLines {
     /// The lines.
     pub lines: Vec<ContactLine>,
-    materials: [Material; 2],
-    /// Compliance of the teeth, line by line.
+    kernels: Vec<StripKernel>,
+    /// Compliance of the teeth, line by line, lower triangles row by row.
     teeth: Vec<Vec<f64>>,
+    /// 1/(π E*), 1/Pa.
+    compliance: f64,
+}
+
+/// How the linear problem of a sweep takes the widths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Slope {
+    /// They grow with the forces.
+    Tangent,
+    /// They stay.
+    Secant,
 }
 
 /// Load on contact lines.
@@ -56,9 +70,11 @@ impl LoadedLines {
     /// The lines between members of these materials.
     pub fn new(lines: Vec<ContactLine>, materials: [Material; 2]) -> LoadedLines {
         let teeth = lines.iter().map(|line| line.tooth_compliance(&materials));
+        let kernels = lines.iter().map(|line| StripKernel::new(&line.cells));
         LoadedLines {
             teeth: teeth.collect(),
-            materials,
+            kernels: kernels.collect(),
+            compliance: plane_strain_sum(&materials) / PI,
             lines,
         }
     }
@@ -68,29 +84,39 @@ impl LoadedLines {
     /// # Errors
     /// As `ContactProblem::solve`; `OutOfRange` where the contact is wider than its cells or teeth; `NoConvergence` where the widths do not settle.
     pub fn solve(&self, torque: f64, start: Option<&LineLoads>) -> Result<LineLoads, Error> {
-        let mut widths = match start {
-            Some(start) => start.widths.clone(),
-            None => self.first_widths(torque),
+        let mut forces = match start {
+            Some(start) => start.forces.clone(),
+            None => self.equal_forces(torque),
         };
         let mut active: Option<Vec<bool>> = start.map(|s| s.active.clone());
         let mut before = f64::NAN;
         for sweep in 1..=SWEEPS {
-            let compliance = self.compliance(&widths);
-            let solution = self
-                .problem(compliance.clone())?
-                .solve(torque, active.as_deref())
-                .map_err(|e| too_wide(e, torque))?;
-            let forces = self.by_line(&solution.forces);
-            let next = self.widths(&forces);
-            widths = match sweep > UNDAMPED {
-                true => halfway(&widths, &next),
+            let solve = |by: Slope, forces: &[Vec<f64>], active: Option<&[bool]>| {
+                let problem = self.problem(forces, by)?;
+                let solution = problem.solve(torque, active);
+                solution.map_err(|e| too_wide(e, torque))
+            };
+            // Short cells that carry little may leave the tangent indefinite on the way: the secant is not.
+            let tangent = solve(Slope::Tangent, &forces, active.as_deref());
+            let is_tangent = tangent.is_ok();
+            let mut solution = tangent.or_else(|error| match error.code {
+                Code::OutOfRange => solve(Slope::Secant, &forces, active.as_deref()),
+                _ => Err(error),
+            })?;
+            let next = self.by_line(&solution.forces);
+            let change = (solution.approach / before - 1.0).abs();
+            if change <= SETTLED || (sweep == SWEEPS && change <= LOOSE) {
+                if !is_tangent {
+                    let last = solve(Slope::Tangent, &next, Some(&solution.active))?;
+                    solution.stiffness = last.stiffness;
+                }
+                return Ok(self.loads(solution, next, sweep));
+            }
+            before = solution.approach;
+            forces = match sweep > UNDAMPED {
+                true => halfway(&forces, &next),
                 false => next,
             };
-            let change = (solution.approach / before - 1.0).abs();
-            before = solution.approach;
-            if change <= SETTLED || (sweep == SWEEPS && change <= LOOSE) {
-                return self.loads(&solution, compliance, (forces, widths), sweep);
-            }
             active = Some(solution.active);
         }
         let message =
@@ -104,75 +130,96 @@ impl LoadedLines {
         self.lines.iter().flat_map(|line| &line.cells)
     }
 
-    /// Greatest pressure of a cell under a force at a half width, Pa: `2 F/(π b l)` of a semi-elliptic pressure.
+    /// Greatest pressure of a cell under a force at a half width, Pa: `2 F/(π b l)` of a semi-elliptic pressure, `3 F/(2 π a b)` of an
+    /// ellipse.
     pub fn pressure(cell: &ContactCell, force: f64, width: f64) -> f64 {
-        2.0 * force / (PI * width * cell.length)
+        match &cell.ellipse {
+            Some(ellipse) => 1.5 * force / (PI * ellipse.aspect() * width * width),
+            None => 2.0 * force / (PI * width * cell.length),
+        }
     }
 
-    fn loads(
-        &self,
-        solution: &ContactSolution,
-        mut compliance: Vec<f64>,
-        (forces, widths): (Vec<Vec<f64>>, Vec<Vec<f64>>),
-        sweeps: usize,
-    ) -> Result<LineLoads, Error> {
-        let n = solution.forces.len();
-        for (i, cell) in self.cells().enumerate() {
-            compliance[i * n + i] -= plane_strain_sum(&self.materials) / (PI * cell.length);
-        }
-        let set: Vec<usize> = (0..n).filter(|i| solution.active[*i]).collect();
-        let arms: Vec<f64> = self.cells().map(|c| c.arm).collect();
-        let carrying: Vec<f64> = set.iter().map(|i| arms[*i]).collect();
-        let mut stretched = carrying.clone();
-        let factor = ProfileMatrix::of_rows(&compliance, n).cholesky(&set)?;
-        factor.solve(&mut stretched);
-        Ok(LineLoads {
+    fn loads(&self, solution: ContactSolution, forces: Vec<Vec<f64>>, sweeps: usize) -> LineLoads {
+        LineLoads {
             turn: solution.approach,
-            tangent: carrying.iter().zip(&stretched).map(|(a, b)| a * b).sum(),
+            tangent: solution.stiffness,
+            widths: self.widths(&forces),
             forces,
-            widths,
-            active: solution.active.clone(),
+            active: solution.active,
             sweeps,
-        })
-    }
-
-    fn problem(&self, compliance: Vec<f64>) -> Result<ContactProblem, Error> {
-        let n = self.cells().count();
-        ContactProblem::new(
-            ProfileMatrix::of_rows(&compliance, n),
-            self.cells().map(|c| c.arm).collect(),
-            self.cells().map(|c| c.gap).collect(),
-        )
-    }
-
-    /// Compliance of all lines, row by row: pairs of teeth do not press on each other.
-    fn compliance(&self, widths: &[Vec<f64>]) -> Vec<f64> {
-        let n = self.cells().count();
-        let mut all = vec![0.0; n * n];
-        let mut first = 0;
-        for ((line, teeth), widths) in self.lines.iter().zip(&self.teeth).zip(widths) {
-            let own = line.contact_compliance(widths, &self.materials);
-            let count = line.cells.len();
-            let rows = own
-                .chunks_exact(count.max(1))
-                .zip(teeth.chunks_exact(count.max(1)));
-            for (i, (contact, teeth)) in rows.enumerate() {
-                let from = (first + i) * n + first;
-                let row = all[from..from + count].iter_mut();
-                row.zip(contact.iter().zip(teeth))
-                    .for_each(|(c, (a, b))| *c = a + b);
-            }
-            first += count;
         }
-        all
+    }
+
+    /// The problem that is tangent to that of the lines at these forces.
+    ///
+    /// # Errors
+    /// As `ContactProblem::new`.
+    pub(super) fn tangent_problem(&self, forces: &[Vec<f64>]) -> Result<ContactProblem, Error> {
+        self.problem(forces, Slope::Tangent)
+    }
+
+    /// The linear problem of the lines at these forces.
+    fn problem(&self, forces: &[Vec<f64>], slope: Slope) -> Result<ContactProblem, Error> {
+        let widths = self.widths(forces);
+        let mut gaps: Vec<f64> = self.cells().map(|c| c.gap).collect();
+        let mut first = 0;
+        let blocks = (0..self.lines.len()).map(|k| {
+            let (block, shifts) = self.line_compliance(k, (&widths[k], &forces[k]), slope);
+            let own = gaps[first..].iter_mut().zip(&shifts);
+            own.for_each(|(gap, shift)| *gap += shift);
+            first += shifts.len();
+            block
+        });
+        let compliance = ProfileMatrix::of_blocks(blocks);
+        ContactProblem::new(compliance, self.cells().map(|c| c.arm).collect(), gaps)
+    }
+
+    /// Compliance of a line, lower triangle row by row, and what it adds to the gaps: pairs of teeth do not press on each other.
+    fn line_compliance(
+        &self,
+        k: usize,
+        (widths, forces): (&[f64], &[f64]),
+        slope: Slope,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let cells = &self.lines[k].cells;
+        let widest = widths.iter().copied().fold(0.0, f64::max);
+        // Mean of ln|distance| over the semi-elliptic pressure.
+        let y = 0.5 * widest * (-0.5f64).exp();
+        let kernel = self.kernels[k].at(y).zip(&self.teeth[k]);
+        let mut block: Vec<f64> = kernel
+            .map(|(contact, teeth)| self.compliance * contact + teeth)
+            .collect();
+        let mut shifts = Vec::with_capacity(cells.len());
+        for (i, cell) in cells.iter().enumerate() {
+            let diagonal = i * (i + 3) / 2;
+            let share = self.compliance / cell.length;
+            let (own, lost) = match &cell.ellipse {
+                Some(unit) => {
+                    let secant = unit.approach * unit.semi_axes[1] / widths[i];
+                    // In place of the strip.
+                    (
+                        secant + self.teeth[k][diagonal] - block[diagonal],
+                        secant / 3.0,
+                    )
+                }
+                None => (2.0 * share * (widest / widths[i]).ln(), share),
+            };
+            let is_tangent = slope == Slope::Tangent && forces[i] > 0.0;
+            let lost = if is_tangent { lost } else { 0.0 };
+            block[diagonal] += own - lost;
+            shifts.push(lost * forces[i]);
+        }
+        (block, shifts)
     }
 
     /// Half widths under forces: a cell without one is as narrow as the narrowest of its line, a line without one as wide as the widest.
     fn widths(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let compliance = plane_strain_sum(&self.materials);
-        let width = |(cell, force): (&ContactCell, &f64)| {
-            let line_load = force.max(0.0) / cell.length;
-            (4.0 / PI * line_load * compliance / cell.curvature).sqrt()
+        let width = |(cell, force): (&ContactCell, &f64)| match &cell.ellipse {
+            Some(unit) => unit.semi_axes[1] * force.max(0.0).cbrt(),
+            None => {
+                let line_load = force.max(0.0) / cell.length;
+                (4.0 * line_load * self.compliance / cell.curvature).sqrt()
+            }
         };
         let lines = self.lines.iter().zip(forces);
         let mut all: Vec<Vec<f64>> = lines
@@ -188,11 +235,13 @@ impl LoadedLines {
         all
     }
 
-    /// Widths as if all cells carried alike.
-    fn first_widths(&self, torque: f64) -> Vec<Vec<f64>> {
+    /// Forces as if all cells carried alike.
+    fn equal_forces(&self, torque: f64) -> Vec<Vec<f64>> {
         let arms: f64 = self.cells().map(|c| c.arm).sum();
-        let alike = |line: &ContactLine| vec![torque / arms; line.cells.len()];
-        self.widths(&self.lines.iter().map(alike).collect::<Vec<_>>())
+        let lines = self.lines.iter();
+        lines
+            .map(|line| vec![torque / arms; line.cells.len()])
+            .collect()
     }
 
     fn by_line(&self, values: &[f64]) -> Vec<Vec<f64>> {
@@ -206,9 +255,9 @@ impl LoadedLines {
     }
 }
 
-/// Geometric means of two sets of widths.
+/// Means of two sets of forces.
 fn halfway(one: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mean = |(a, b): (&f64, &f64)| (a * b).sqrt();
+    let mean = |(a, b): (&f64, &f64)| 0.5 * (a + b);
     let lines = one.iter().zip(other);
     lines
         .map(|(a, b)| a.iter().zip(b).map(mean).collect())
@@ -216,12 +265,10 @@ fn halfway(one: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// A compliance that is not positive definite comes of a contact wider than its cells or as deep as its teeth.
-fn too_wide(error: Error, torque: f64) -> Error {
+pub(super) fn too_wide(error: Error, torque: f64) -> Error {
     if error.code != Code::IllPosed {
         return error;
     }
-    let message = format!(
-        "the contact at {torque} N·m of the driven gear is too wide for its cells or its teeth"
-    );
+    let message = format!("the contact at {torque} N·m is too wide for its cells or its teeth");
     Error::new(Code::OutOfRange, message).with_hint("give a smaller torque or fewer stations")
 }

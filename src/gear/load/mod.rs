@@ -12,14 +12,20 @@ pub mod hertz;
 /// Contact over an ellipse.
 pub mod elliptic_contact;
 
-/// Contact lines in cells and their half spaces.
+/// Contact lines in cells, teeth under them.
 pub mod contact_line;
+
+/// Half spaces under strips.
+mod strip_kernel;
 
 /// Tooth as a plate with shear on an elastic root line.
 pub mod tooth_plate;
 
 /// Load sharing of contact lines of any kind of pair.
 pub mod loaded_lines;
+
+/// Torques at which cells begin or cease to carry.
+pub mod load_path;
 
 /// Results of flanks in space over one pitch.
 pub mod flank_result;

@@ -36,6 +36,17 @@ pub struct PlateShape {
 pub struct ToothPlate {
     /// Compliance of the deflection's coefficients, row by row, m/N.
     compliance: Vec<f64>,
+    /// Places of the root line: their length, m, and the moment of a unit length there under a unit of each coefficient's load, N.
+    root: Vec<(f64, Vec<f64>)>,
+}
+
+/// Bending moment in the root line of a tooth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RootMoment {
+    /// Over the whole root line, N·m.
+    pub total: f64,
+    /// Greatest of a unit length of it, N.
+    pub greatest: f64,
 }
 
 /// Shape functions with their derivatives over x and y at a place of the plate.
@@ -88,13 +99,43 @@ impl ToothPlate {
         let factor = ProfileMatrix::of_rows(&stiffness, N).cholesky(&all)?;
         let mut compliance = vec![0.0; TERMS * TERMS];
         let mut column = vec![0.0; N];
+        let places = quadrature::nodes().map(|(x, weight)| {
+            let at = [share(x), 0.0];
+            (shape.functions(at), thickness(at), 0.5 * weight)
+        });
+        let places: Vec<(ShapeAt, f64, f64)> = places.collect();
+        let mut root: Vec<(f64, Vec<f64>)> = (places.iter())
+            .map(|(here, _, weight)| (weight * here.length, vec![0.0; TERMS]))
+            .collect();
         for j in 0..TERMS {
             column.fill(0.0);
             column[j] = 1.0;
             factor.solve(&mut column);
             (0..TERMS).for_each(|i| compliance[i * TERMS + j] = column[i]);
+            for ((here, t, _), (_, moment)) in places.iter().zip(&mut root) {
+                let field = |k: usize| -> f64 {
+                    let coefficients = column[k * TERMS..(k + 1) * TERMS].iter();
+                    coefficients.zip(&here.value).map(|(a, b)| a * b).sum()
+                };
+                let [[of_turn, of_shift], _] = root_stiffness(&shape.material, *t);
+                moment[j] = of_turn * field(2) + of_shift * field(0);
+            }
         }
-        Ok(ToothPlate { compliance })
+        Ok(ToothPlate { compliance, root })
+    }
+
+    /// Moment in the root line under the sum of shape functions, each times its force, N.
+    pub fn root_moment(&self, loading: &[f64]) -> RootMoment {
+        let mut moment = RootMoment {
+            total: 0.0,
+            greatest: 0.0,
+        };
+        for (length, unit) in &self.root {
+            let here: f64 = unit.iter().zip(loading).map(|(a, b)| a * b).sum();
+            moment.total += length * here;
+            moment.greatest = moment.greatest.max(here);
+        }
+        moment
     }
 
     /// Shape functions at shares of face and height along a force whose cosine with the plate's normal is given, and the coefficients
@@ -170,18 +211,31 @@ fn bend(stiffness: &mut [f64], here: &ShapeAt, material: &Material, t: f64, weig
     add(stiffness, &up, &up, shear);
 }
 
-/// Adds the energy of the root line at a place: the inverse of its compliances.
-fn hold(stiffness: &mut [f64], here: &ShapeAt, material: &Material, t: f64, weight: f64) {
+/// Moment and shear of a unit length of the root line under its turn and shift: the inverse of its compliances.
+fn root_stiffness(material: &Material, t: f64) -> [[f64; 2]; 2] {
     let nu = material.poisson;
     let coupling = (1.0 - 2.0 * nu) / (1.0 - nu) / t;
     let (turn, shift) = (ROOT_TURN / (t * t), ROOT_SHIFT);
-    let factor =
-        weight / (material.plane_strain_compliance() * (turn * shift - coupling * coupling));
-    let one = &here.value;
-    add(stiffness, &[(2, one)], &[(2, one)], factor * shift);
-    add(stiffness, &[(0, one)], &[(0, one)], factor * turn);
-    add(stiffness, &[(2, one)], &[(0, one)], -factor * coupling);
-    add(stiffness, &[(0, one)], &[(2, one)], -factor * coupling);
+    let factor = 1.0 / (material.plane_strain_compliance() * (turn * shift - coupling * coupling));
+    [
+        [factor * shift, -factor * coupling],
+        [-factor * coupling, factor * turn],
+    ]
+}
+
+/// Adds the energy of the root line at a place.
+fn hold(stiffness: &mut [f64], here: &ShapeAt, material: &Material, t: f64, weight: f64) {
+    let own = root_stiffness(material, t);
+    for (i, row) in [2, 0].into_iter().zip(own) {
+        for (j, entry) in [2, 0].into_iter().zip(row) {
+            add(
+                stiffness,
+                &[(i, &here.value)],
+                &[(j, &here.value)],
+                weight * entry,
+            );
+        }
+    }
 }
 
 /// Adds `factor a bᵀ` of two quantities, each a sum of fields with their functions.

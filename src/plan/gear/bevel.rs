@@ -3,7 +3,7 @@
 use super::bevel_contact::{BevelContact, contact};
 use super::bevel_mesh::{self, BevelMeshResult};
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
-use super::{axodes, hypoid_theory};
+use super::{axodes, bevel_stability, hypoid_theory};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
@@ -516,6 +516,7 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
         },
     ));
     plan.push(("mesh", bevel_mesh::plan(file)));
+    plan.extend(bevel_stability::plan(file).map(|decision| ("stability", decision)));
     plan
 }
 

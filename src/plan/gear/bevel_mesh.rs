@@ -1,14 +1,15 @@
 //! Bevel pair under load: loaded transmission error, stiffness, shares, pressure over one pitch for every torque.
 
 use super::bevel_contact::BevelContact;
+use super::bevel_stability::{StabilityCase, stability};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::base::text::pluralise;
 use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::load::bevel_teeth::BevelTeeth;
-use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
-use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult};
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, LEAST_ASPECT, ToothBending};
+use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult, StripChange};
 use crate::gear::load::material::Material;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -34,6 +35,10 @@ pub struct BevelMeshResult {
     pub body: &'static str,
     /// Effects that the model neglects.
     pub left_out: Vec<&'static str>,
+    /// Torques up to the largest at which strips begin or cease to carry, by position, where they are requested.
+    pub changes: Option<Vec<Vec<StripChange>>>,
+    /// The contact over load and misalignment, where departures of the axes are stated.
+    pub stability: Vec<StabilityCase>,
 }
 
 /// The mesh of a contact at the torques of the file; none where the file has no torque.
@@ -66,11 +71,17 @@ pub fn mesh(
     let lever = contact.forces.levers[1];
     check_deflection(file, &result, lever)?;
     diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
+    let largest = file.mesh.torques.iter().copied().fold(0.0, f64::max);
+    let changes = file.mesh.changes.then(|| mesh.changes(largest));
+    let located = |e: Error| e.with_span(&file.span);
+    let stability = stability(file, &contact.pair, options, bending).map_err(located)?;
     Ok(Some(BevelMeshResult {
         mesh: result,
         lever,
         body: body(teeth.is_some()),
         left_out: left_out(teeth.is_some()),
+        changes: changes.transpose().map_err(located)?,
+        stability,
     }))
 }
 
@@ -85,11 +96,16 @@ pub fn plan(file: &BevelFile) -> StageDecision {
     }
     let has_teeth = file.members.iter().all(|m| m.lacks_tooth().is_none());
     StageDecision::Runs(format!(
-        "{} × {} positions × {} stations; {}; steel of 206 GPa",
+        "{} × {} positions × {} stations; {}; steel of 206 GPa{}",
         pluralise(study.torques.len(), "torque"),
         study.positions,
         study.stations,
-        body(has_teeth)
+        body(has_teeth),
+        if study.changes {
+            "; torques at which strips begin or cease to carry"
+        } else {
+            ""
+        }
     ))
 }
 
@@ -112,7 +128,10 @@ fn left_out(has_teeth: bool) -> Vec<&'static str> {
 }
 
 /// The teeth that bend; none where a flank is not described or does not reach its root.
-fn bending_teeth(
+///
+/// # Errors
+/// As `BevelTeeth::new`.
+pub fn bending_teeth(
     file: &BevelFile,
     teeth: [Option<&BevelTooth>; 2],
     materials: &[Material; 2],
@@ -190,7 +209,19 @@ fn warnings(cycle: &FlankCycle) -> Vec<Diagnostic> {
             hint: Some("give fewer stations".into()),
         });
     }
-    let cells = (cycle.positions.iter()).map(|p| p.longest_contact()).min();
+    let overhang = most(cycle.of(|p| p.overhang));
+    if overhang > 1.0 {
+        all.push(Diagnostic {
+            code: "ellipse-beyond-teeth",
+            message: format!(
+                "the contact ellipse at {torque} N·m is {overhang:.1} times as long as the teeth have room for: approach and pressure are those of a whole ellipse"
+            ),
+            hint: Some(format!("give a smaller torque, or less crowning: strips resolve ellipses from a/b {LEAST_ASPECT}")),
+        });
+    }
+    let cells = (cycle.positions.iter())
+        .filter_map(|p| p.longest_contact())
+        .min();
     if let Some(cells) = cells.filter(|n| *n < LEAST_CELLS) {
         all.push(Diagnostic {
             code: "short-contact",

@@ -48,6 +48,9 @@ pub mod bevel_contact;
 /// Theory of a bevel pair at its pitch point.
 pub mod hypoid_theory;
 
+/// Stability of the loaded contact of a bevel pair.
+pub mod bevel_stability;
+
 /// Load on a bevel pair.
 pub mod bevel_mesh;
 
