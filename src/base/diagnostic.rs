@@ -316,7 +316,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "aliasing",
         Warning,
-        "A channel has as much power near half the sample rate as below: it was sampled without a filter, and what lies above is folded down.",
+        "A channel has as much power near half the sample rate as below: it was sampled without a filter, and what lies above is folded down. Of a hammer: the spectrum of its force does not fall by 30 dB up to half the rate, so that it drives resonances above, which appear below unless a filter removed them. The residues of such a resonance differ from hit to hit, and three hits or more tell it from a mode; where the pulse lasts one sample all modes are listed as weak.",
     ),
     (
         "transmissibility",

@@ -198,6 +198,7 @@ fn mode(
         "damping_spread": mode.departure.map(|d| d.damping_spread),
         "envelope_kurtosis": kurtosis,
         "on_order": mode.on_order,
+        "on_mains": mode.on_mains.map(|(mains, multiple)| json!({"mains_hz": mains, "multiple": multiple})),
         "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),
         "mean_phase_rad": shaped.then(|| compare::mean_phase(shape)),
         "mean_phase_deviation_rad": shaped.then(|| compare::mean_phase_deviation(shape)),

@@ -331,6 +331,9 @@ fn note_of(mode: &IdentifiedMode) -> String {
     if let Some(order) = mode.on_order {
         notes.push(format!("on order {order} of the running speed"));
     }
+    if let Some((mains, multiple)) = mode.on_mains {
+        notes.push(format!("on {multiple} × {mains} Hz of the mains"));
+    }
     notes.join("; ")
 }
 

@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use super::force_aliasing::PulseSampling;
 use super::force_pulses::{ForcePulse, is_clipped, median, pulses_to};
 use super::frf::{Estimator, FrfEstimate, estimate, required_pairs};
 use super::spectra::{CrossSpectrum, Spectra};
@@ -107,6 +108,8 @@ pub struct ImpactEstimate {
     pub block: usize,
     /// Power of the force by line, averaged over the hits used.
     pub force_power: Vec<f64>,
+    /// Sampling of the pulses; a step is known between its samples as well, and counts as resolved.
+    pub sampling: PulseSampling,
     /// The responses hit by hit, where there are several.
     pub by_hit: Vec<HitResponses>,
     /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
@@ -198,10 +201,15 @@ pub fn estimate_from_hits(
     record.reject_overloads(options);
     let (block, sigma) = record.choose_block(options)?;
     let HitSums {
-        estimate,
+        mut estimate,
         force_power,
         by_hit,
     } = record.estimate(block, sigma)?;
+    let sampling = match options.both_sides {
+        true => PulseSampling::Resolved,
+        false => PulseSampling::new(&force_power),
+    };
+    estimate.diagnostics.extend(sampling.warning(rate_hz));
     let hit = |cut: &HitBlock| Hit {
         sample: cut.pulse.peak,
         peak: cut.pulse.height,
@@ -211,6 +219,7 @@ pub fn estimate_from_hits(
         hits: record.cuts.iter().map(hit).collect(),
         block,
         force_power,
+        sampling,
         by_hit,
         estimate,
     })

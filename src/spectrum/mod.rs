@@ -12,6 +12,8 @@ pub mod frf;
 
 pub mod force_pulses;
 
+pub mod force_aliasing;
+
 pub mod impact;
 
 pub mod multitaper;

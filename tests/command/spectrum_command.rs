@@ -408,6 +408,16 @@ fn ref_measured_logs() {
             "{beam:?}"
         );
     }
+    let stored = lines(
+        "arts_beam_lvm/FFT_data.lvm",
+        &["--channel", "Acceleration (FFT - (RMS))"],
+    );
+    for expected in [6.57, 41.47, 117.93] {
+        assert!(
+            stored[0].iter().any(|f| (f / expected - 1.0).abs() < 5e-3),
+            "{stored:?}"
+        );
+    }
     let bridge = lines("munich_bridge/AllM100Hz.csv.zip", &["--channel", "ACC01_z"]);
     for expected in [10.79, 12.65, 13.62, 16.26] {
         assert!(

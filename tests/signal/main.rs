@@ -4,6 +4,7 @@
 mod support;
 
 mod departing_responses;
+mod folded_responses;
 mod geometry;
 mod identified_logs;
 mod local_responses;

@@ -7,7 +7,9 @@ use crate::numeric::Complex;
 
 use super::basis::ScaledPole;
 use super::groups::{GroupMean, MIN_HITS};
-use super::mode_acceptance::{CANCELLED, ModeCandidate, may_explain_peak, rejection_reason};
+use super::mode_acceptance::{
+    AT_END, CANCELLED, ModeCandidate, UNREPEATED, may_explain_peak, rejection_reason,
+};
 use super::random_effects::{PooledMean, student_factor};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
@@ -140,9 +142,12 @@ pub(super) fn assemble_fit(
         let candidate = ModeCandidate {
             mode: judged,
             band_hz: lines.band_limits_hz(),
+            is_peak_at_end: lines.is_peak_at_end(&poles[r]),
             visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
             departs,
+            by_hit: result.by_hit,
+            repeats: result.repeats.get(r).is_none_or(|repeats| *repeats),
             unexplained: departs && per_dof > MAX_MISFIT_RATIO,
         };
         match rejection_reason(&candidate) {
@@ -154,7 +159,11 @@ pub(super) fn assemble_fit(
                 let others =
                     (poles.iter().enumerate()).filter(|(o, p)| *o != r && lines.may_be_mode(p));
                 let is_adjacent = others.map(|o| o.1).any(|p| overlap(p, &poles[r]));
-                if departs && reason != CANCELLED && lines.may_be_mode(&poles[r]) && is_adjacent {
+                if departs
+                    && ![CANCELLED, UNREPEATED, AT_END].contains(&reason)
+                    && lines.may_be_mode(&poles[r])
+                    && is_adjacent
+                {
                     needless.push((candidate.visibility, place));
                 }
                 fit.omitted.push(RejectedPole {
@@ -271,7 +280,7 @@ fn per_measured_response<T: Copy + Default>(
 }
 
 /// Coefficients of the unscaled basis, by response.
-fn coefficients(result: &SearchResult, responses: usize) -> Vec<Vec<f64>> {
+pub(super) fn coefficients(result: &SearchResult, responses: usize) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new(); responses];
     for (problem, fit) in result.problems.iter().zip(&result.fit.fits) {
         for i in 0..fit.c.ncols() {

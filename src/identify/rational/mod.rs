@@ -53,6 +53,8 @@ mod mode_acceptance;
 
 mod assemble_fit;
 
+mod repeatability;
+
 pub mod residual_delay;
 
 pub use basis::ModelTerms;
@@ -358,6 +360,7 @@ fn fit_with(
     let (evidence, at_limit, mut effort) = (found.evidence.clone(), found.at_limit, found.effort);
     let mut fit = loop {
         if average.is_some() {
+            found.repeats = repeatability::repeating_residues(&found, searched);
             found = found.fit_responses(&lines);
         }
         let (fit, needless) = assemble_fit::assemble_fit(measured, &lines, found);

@@ -36,7 +36,7 @@ pub(super) struct ScaledResponses {
     /// Responses that belong together, such as those of a hit; empty where each is of the same record.
     pub hits: Vec<Vec<usize>>,
     /// Neighbouring responses of one output to different hits, which share their weights; each alone where no hits are known.
-    channels: Vec<Vec<usize>>,
+    pub channels: Vec<Vec<usize>>,
     /// Hits that each of these joins, on average.
     pub joined: f64,
 }
@@ -193,6 +193,13 @@ impl ScaledResponses {
         /// Damping ratio from which on a pole is background.
         const BACKGROUND_DAMPING: f64 = 0.3;
         (self.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
+    }
+
+    /// Whether the lines show one side of a pole's peak alone: it lies outside of them, at an end, or so near to one that the response
+    /// there is more than 0.8 of the power of the peak.
+    pub fn is_peak_at_end(&self, pole: &ScaledPole) -> bool {
+        let reach = self.step.max(0.5 * pole.sigma.abs());
+        pole.w < self.x[0] + reach || pole.w > 1.0 - reach
     }
 
     /// A variance as weights of a search.

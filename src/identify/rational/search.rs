@@ -47,6 +47,8 @@ pub(super) struct SearchResult {
     /// Residual of the average of the hits at each pole, as [`ModeDeviation::share`]: what all hits depart by alike, which no number of them
     /// averages out. Empty without hits, or where noise explains the responses.
     pub common_departures: Vec<f64>,
+    /// Whether the residues of each pole repeat from hit to hit; empty without hits.
+    pub repeats: Vec<bool>,
     /// Groups of these means are hits.
     pub by_hit: bool,
     /// The most poles allowed, or the work, were used up.
@@ -260,6 +262,7 @@ fn fit_noise_only(
         departures: None,
         means: Vec::new(),
         common_departures: Vec::new(),
+        repeats: Vec::new(),
         by_hit: false,
         at_limit: false,
         negative_log_likelihood: surprise,
@@ -415,6 +418,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         departures: Some(departures),
         means,
         common_departures: Vec::new(),
+        repeats: Vec::new(),
         by_hit: !lines.hits.is_empty(),
         effort: FitEffort::default(),
     }

@@ -8,6 +8,7 @@ use crate::base::text::pluralise;
 use crate::numeric::fft::prev_fast_len;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
 use crate::recording::signals::{Channel, Moment, Recording};
+use crate::spectrum::force_aliasing::PulseSampling;
 use crate::spectrum::force_pulses;
 use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::impact::{self, Hit, HitResponses, ImpactOptions, RejectReason};
@@ -72,6 +73,8 @@ pub struct EstimatedResponses {
     pub hits: Vec<HitSummary>,
     /// The responses hit by hit, where there are several hits: outputs in the order of `responses`.
     pub by_hit: Vec<HitResponses>,
+    /// The pulses of the force last one sample: any mode may be folded down from above half the sample rate.
+    pub has_unresolved_pulses: bool,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
     /// Finest available frequency resolution, Hz, by a new request with [`ResolutionRequest::frequency_resolution_hz`]; `None` where it is
@@ -312,6 +315,7 @@ fn estimate_from_hits(
         method_text: how,
         hits: found.hits.iter().map(hit).collect(),
         by_hit: found.by_hit,
+        has_unresolved_pulses: found.sampling == PulseSampling::Unresolved,
         spectra: None,
         finest_resolution_hz: None,
         smearing_limit_lines: 0.0,
@@ -338,6 +342,7 @@ fn estimate_from_dwells(
         method_text: how,
         hits: Vec::new(),
         by_hit: Vec::new(),
+        has_unresolved_pulses: false,
         spectra: None,
         finest_resolution_hz: None,
         smearing_limit_lines: 0.0,
@@ -449,6 +454,7 @@ fn estimate_from_blocks(
             method_text: how + &how_driven,
             hits: Vec::new(),
             by_hit: Vec::new(),
+            has_unresolved_pulses: false,
             finest_resolution_hz: Some(nearest_hz),
             smearing_limit_lines: smeared_lines,
             diagnostics: estimate.diagnostics,
@@ -479,6 +485,7 @@ fn estimate_from_blocks(
         method_text: how,
         hits: Vec::new(),
         by_hit: Vec::new(),
+        has_unresolved_pulses: false,
         finest_resolution_hz: None,
         smearing_limit_lines: WINDOW_SMEARING_LINES,
         diagnostics: estimate.diagnostics,

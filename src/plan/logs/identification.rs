@@ -499,6 +499,9 @@ fn identify_responses(
         &as_measured,
     ));
     diagnostics.extend(mains::mode_warnings(&responses.frequency_hz, &as_measured));
+    for (mode, measured) in found.modes.iter_mut().zip(&as_measured) {
+        mode.on_mains = mains::as_line(measured, line_spacing_hz(&responses.frequency_hz));
+    }
     if let Some(estimated_responses) = &estimated_responses {
         let input = responses.responses.first().and_then(|f| f.input.as_ref());
         let unit = input.map_or("", |i| &i.unit);
@@ -512,7 +515,11 @@ fn identify_responses(
     }
     let apart = line_spacing_hz(&responses.frequency_hz);
     let coherence = |m: &IdentifiedMode| diagnostics::coherence_at(&responses, m.frequency_hz());
-    let is_weak = |m: &IdentifiedMode| weak::reason(m, apart, coherence(m));
+    let is_unresolved = (estimated_responses.as_ref()).is_some_and(|a| a.has_unresolved_pulses);
+    let is_weak = |m: &IdentifiedMode| {
+        let of_pulse = is_unresolved.then_some(weak::UNRESOLVED_PULSE);
+        weak::reason(m, apart, coherence(m)).or(of_pulse)
+    };
     let (modes, weak) = weak::split_weak(found.modes, is_weak, study.all);
     let (how, hits) = match estimated_responses {
         Some(estimated_responses) => (estimated_responses.method_text, estimated_responses.hits),

@@ -198,6 +198,8 @@ pub struct IdentifiedMode {
     pub harmonic: Option<HarmonicIndicator>,
     /// The order of the running speed it lies on without being it.
     pub on_order: Option<f64>,
+    /// Nominal frequency of the mains, Hz, and the multiple of it that the mode lies on, no wider than a line.
+    pub on_mains: Option<(f64, usize)>,
     /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
     pub modal_mass: Option<Complex>,
 }
@@ -214,6 +216,7 @@ impl From<ModalParameters> for IdentifiedMode {
             weak: None,
             harmonic: None,
             on_order: None,
+            on_mains: None,
             modal_mass: None,
         }
     }

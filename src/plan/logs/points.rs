@@ -299,6 +299,7 @@ impl<'a> Points<'a> {
             method_text: how,
             hits: Vec::new(),
             by_hit: Vec::new(),
+            has_unresolved_pulses: all.iter().any(|a| a.has_unresolved_pulses),
             spectra: None,
             finest_resolution_hz: nearest.and_then(|n| n.into_iter().reduce(f64::max)),
             smearing_limit_lines: all

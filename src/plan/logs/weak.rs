@@ -22,6 +22,9 @@ const KNOWN_DAMPING: f64 = 0.1;
 /// Below a line's width a mode is weak where its coherence is below this as well.
 const NARROW_COHERENCE: f64 = 0.8;
 
+/// Why a mode from hits of one sample is weak.
+pub const UNRESOLVED_PULSE: &str = "the pulse of the force lasts one sample: it may be folded down from above half the sample rate";
+
 /// The rule of a method as a sentence. Without an input the frequency of a mode is rarely known to a tenth of its half-power width.
 pub fn rule(method: IdentificationMethod) -> &'static str {
     match method {
@@ -29,7 +32,7 @@ pub fn rule(method: IdentificationMethod) -> &'static str {
             "weak: a damping interval that includes zero with a standard deviation of frequency above an eighth of the half-power width (of modes in 80 % of the orders: above 0.6 % as well), a half-power width below a line of the record with a damping known to no better than 10 %, or a sine removed within the half-power band with a standard deviation of frequency above a tenth of that band"
         }
         _ => {
-            "weak: a standard deviation of frequency above a tenth of the half-power width or of damping above a fifth of itself, a departure from the linear model above 30 %, or a half-power width below a line with a coherence below 0.8"
+            "weak: a standard deviation of frequency above a tenth of the half-power width or of damping above a fifth of itself, a departure from the linear model above 30 %, a half-power width below a line with a coherence below 0.8, or hits of one sample"
         }
     }
 }
