@@ -639,7 +639,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "interference",
         Warning,
-        "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet, or, inside a ring, outside the path of contact. The message names the nearest tip diameter that avoids it.",
+        "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet, or, inside a ring, outside the path of contact; or a worm, a disk tool or a crossed gear cuts into the flank of its mate beside the contact. The message names the nearest tip diameter that avoids it, or the depth and the place.",
     ),
     (
         "no-contact",
@@ -724,7 +724,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "contact-ends",
         Warning,
-        "A part of a given profile has no contact: its normals do not meet the pitch curve there.",
+        "A part of a profile or flank has no contact: its normals do not meet the pitch curve, the cutter ends to touch or does not reach it, or the contact leaves the face.",
     ),
     (
         "readings-misfit",

@@ -161,6 +161,8 @@ mod bevel_stability;
 
 mod bevel_mesh;
 
+mod bevel_contact;
+
 pub mod bevel;
 
 mod correction_plot;

@@ -20,6 +20,7 @@ use crate::base::tables::{read_heading, read_table};
 use crate::base::toml;
 use crate::gear::bevel::blank::{Blank, EndCone};
 use crate::gear::bevel::cutter::Blade;
+use crate::gear::bevel::face_hob::ConeRule;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use crate::gear::bevel::settings::Hand;
@@ -334,6 +335,17 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         }
     };
     let (blanks, design) = blanks(&first, &second, &nominal)?;
+    let is_hobbed = design.is_some_and(|d| d.method.is_face_hobbed());
+    for table in [&first, &second] {
+        if is_hobbed && (table.straight.is_some() || table.flanks.iter().any(Option::is_some)) {
+            let message =
+                "blanks by method 2 or 3 are of face-hobbed pairs, whose flanks are not computed";
+            return Err(Error::new(Code::Conflict, message)
+                .with_span(&table.span)
+                .with_hint("leave the flanks out, or take method = 0 or 1")
+                .into());
+        }
+    }
     let mut defaults = Vec::new();
     for (name, table) in [("pinion", &first), ("gear", &second)] {
         defaults.extend(table.defaults.iter().map(|text| format!("{name}.{text}")));
@@ -538,7 +550,7 @@ fn no_blanks(design: &BlankDesign) -> Error {
     }
     let message = "these data give no pair of blanks by ISO 23509: no pitch cones, or teeth without depth or thickness";
     Error::new(Code::OutOfRange, message)
-        .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius and the depth angles")
+        .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius, blade_groups and the depth angles")
 }
 
 fn member(f: &mut TableReader) -> Option<MemberTable> {
@@ -674,6 +686,8 @@ struct StandardTable {
     method: u32,
     spiral_angle: Option<f64>,
     pinion_spiral_angle: Option<f64>,
+    /// Blade groups of a cutter that hobs.
+    blade_groups: Option<u32>,
     /// With offset and shaft angle of the pair and its tooth numbers left open.
     rest: BlankDesign,
 }
@@ -712,13 +726,36 @@ impl StandardTable {
                     "give the wanted spiral angle of the pinion",
                 );
             }
+            (method, Some(wheel_spiral_angle), None) if nominal.offset != 0.0 => {
+                let Some(blade_groups) = self.blade_groups else {
+                    return conflict(
+                        "methods 2 and 3 are of cutters that hob, with blade groups",
+                        "give `blade_groups`",
+                    );
+                };
+                PitchCones::FaceHobbed {
+                    offset: nominal.offset,
+                    wheel_spiral_angle,
+                    blade_groups,
+                    rule: match method {
+                        2 => ConeRule::ApexLine,
+                        _ => ConeRule::CrownGears,
+                    },
+                }
+            }
             _ => {
                 return conflict(
-                    "methods 2 and 3 are of face-hobbed pairs and are not taken",
-                    "take method = 0 or 1",
+                    "methods 2 and 3 start from `spiral_angle`, that of the gear, and an offset",
+                    "give both, or take method = 0 for a pair without offset",
                 );
             }
         };
+        if self.blade_groups.is_some() && self.method < 2 {
+            return conflict(
+                "`blade_groups` is of methods 2 and 3",
+                "leave it out: methods 0 and 1 are of face-milled pairs",
+            );
+        }
         Ok(BlankDesign {
             method,
             teeth,
@@ -747,6 +784,7 @@ fn standard(f: &mut TableReader) -> Option<StandardTable> {
         |f: &mut TableReader, key, range| f.optional_quantity(key, QuantityKind::Angle, range);
     let spiral_angle = angle(f, "spiral_angle", SPIRAL);
     let pinion_spiral_angle = angle(f, "pinion_spiral_angle", SPIRAL);
+    let blade_groups = f.optional_count("blade_groups", 1, MAX_BEVEL_TEETH);
     let pressure = f.optional_pair("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE);
     let depth = |f: &mut TableReader, key| {
         let value = angle(f, key, DEPTH_ANGLE);
@@ -774,6 +812,7 @@ fn standard(f: &mut TableReader) -> Option<StandardTable> {
         method: method?,
         spiral_angle,
         pinion_spiral_angle,
+        blade_groups,
         rest: BlankDesign {
             method: PitchCones::Bevel { spiral_angle: 0.0 },
             teeth: [2, 2],

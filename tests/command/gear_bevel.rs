@@ -569,7 +569,12 @@ fn ref_blanks_alone() {
         (
             "0 mm",
             first.replace("method = 0", "method = 3"),
-            "not taken",
+            "and an offset",
+        ),
+        (
+            "15 mm",
+            first.replace("method = 0", "method = 2"),
+            "blade groups",
         ),
         (
             "0 mm",

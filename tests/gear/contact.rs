@@ -148,8 +148,19 @@ fn ref_transmission_error_with_edges() {
 /// Random errors of assembly of ±0.25 mm, ±0.25 mm, ±0.13 mm, ±0.1°: every pair is started without hints, and a pair leads at every angle.
 #[test]
 fn law_starts_of_misaligned_pairs() {
+    starts_of_misaligned_pairs(40);
+}
+
+/// 300 of them; runs by request.
+#[test]
+#[ignore = "half a minute without optimisation: cargo test --test gear misaligned -- --ignored"]
+fn law_starts_of_300_misaligned_pairs() {
+    starts_of_misaligned_pairs(300);
+}
+
+fn starts_of_misaligned_pairs(count: u32) {
     fastrand::seed(71);
-    for _ in 0..40 {
+    for _ in 0..count {
         let around = |by: f64| by * (2.0 * fastrand::f64() - 1.0);
         let errors = [
             around(0.25 / 25.4),

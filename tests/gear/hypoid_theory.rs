@@ -2,10 +2,18 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use geardyn::internals::gear::bevel::face_hob::{ConeRule, FaceHob};
 use geardyn::internals::gear::bevel::flank_theory::{KnownFlank, TheoryFlank};
-use geardyn::internals::gear::bevel::pitch_cones::PitchConeDesign;
+use geardyn::internals::gear::bevel::pitch_cones::{PitchConeDesign, ToothLine};
 use geardyn::internals::gear::bevel::pitch_point::PitchPoint;
 use geardyn::internals::gear::kernel::crossed_axes::CrossedAxes;
+use geardyn::internals::gear::kernel::envelope::Envelope;
+use geardyn::internals::gear::kernel::jet::Surface;
+use geardyn::internals::gear::kernel::law::Law;
+use geardyn::internals::gear::kernel::motion::Motion;
+use geardyn::internals::gear::kernel::second_order::Curvature;
+use geardyn::internals::gear::kernel::tool::{Arc, Tool};
+use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
 
 use crate::cases::{case, number_at, numbers, vector};
@@ -44,8 +52,11 @@ fn ref_hypoid_pitch_point() {
         let found = PitchConeDesign {
             axes,
             wheel_radius: get("r2"),
-            pinion_spiral_angle: get("beta1_deg").to_radians(),
-            limit_curvature: 1.0 / get("rho_lim"),
+            outwards: 0.0,
+            tooth_line: ToothLine::Limit {
+                pinion_spiral_angle: get("beta1_deg").to_radians(),
+                curvature: 1.0 / get("rho_lim"),
+            },
         }
         .solve()
         .unwrap();
@@ -181,6 +192,8 @@ fn law_random_hypoid_designs() {
             let wheel_radius = 100.0;
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             let pinion = random.between(6.0, 20.0).floor();
+            let pinion_spiral_angle = random.between(30.0, 52.0).to_radians();
+            let curvature = 1.0 / random.between(60.0, 160.0);
             let design = PitchConeDesign {
                 axes: CrossedAxes {
                     offset: sign * random.between(0.02, 0.3) * wheel_radius,
@@ -188,20 +201,23 @@ fn law_random_hypoid_designs() {
                     ratio: -pinion / (pinion * random.between(1.6, 8.0)).floor(),
                 },
                 wheel_radius,
-                pinion_spiral_angle: random.between(30.0, 52.0).to_radians(),
-                limit_curvature: 1.0 / random.between(60.0, 160.0),
+                outwards: 0.0,
+                tooth_line: ToothLine::Limit {
+                    pinion_spiral_angle,
+                    curvature,
+                },
             };
             let Some(p) = design.solve() else {
                 let [least, most] = design.limit_curvatures().unwrap();
-                let reached = least < design.limit_curvature && design.limit_curvature < most;
+                let reached = least < curvature && curvature < most;
                 refused += i32::from(!reached);
                 continue;
             };
             found += 1;
             worst = worst
                 .max((p.radii[1] / wheel_radius - 1.0).abs())
-                .max((p.spiral_angles[0] - design.pinion_spiral_angle).abs())
-                .max((p.limit().unwrap().curvature - design.limit_curvature).abs() * wheel_radius);
+                .max((p.spiral_angles[0] - pinion_spiral_angle).abs())
+                .max((p.limit().unwrap().curvature - curvature).abs() * wheel_radius);
         }
         assert!(
             found + refused == count,
@@ -210,6 +226,52 @@ fn law_random_hypoid_designs() {
         assert!(angles[0] < 60.0 || found >= 497, "{found}");
     }
     within("missed by, relative", worst, 1e-10);
+}
+
+/// Face-hobbed designs: of 200 with shaft angles from 60° to 120°, spiral angles of the wheel from 15° to 40° and offsets of both signs
+/// nearly all have pitch cones by either rule, each with the wanted radius at its place and spiral angle.
+#[test]
+fn law_random_face_hobbed_designs() {
+    let mut random = Sequence(234);
+    for rule in [ConeRule::ApexLine, ConeRule::CrownGears] {
+        let (mut found, mut worst) = (0, 0f64);
+        for k in 0..200 {
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let pinion = random.between(6.0, 20.0).floor();
+            let teeth = (pinion * random.between(1.6, 8.0)).floor();
+            let wheel_spiral_angle = random.between(15.0, 40.0).to_radians();
+            let cutter = FaceHob {
+                radius: random.between(50.0, 130.0),
+                groups: random.between(5.0, 14.0).floor() / teeth,
+                rule,
+            };
+            let design = PitchConeDesign {
+                axes: CrossedAxes {
+                    offset: sign * random.between(0.02, 0.25) * 100.0,
+                    shaft_angle: random.between(60.0, 120.0).to_radians(),
+                    ratio: -pinion / teeth,
+                },
+                wheel_radius: 100.0,
+                outwards: 15.0,
+                tooth_line: ToothLine::Hobbed {
+                    wheel_spiral_angle,
+                    cutter,
+                },
+            };
+            let Some(p) = design.solve() else {
+                continue;
+            };
+            found += 1;
+            let outer = p.radii[1] + 15.0 * p.pitch_angles[1].sin();
+            worst = worst
+                .max((outer / 100.0 - 1.0).abs())
+                .max((p.spiral_angles[1] - wheel_spiral_angle).abs())
+                .max(cutter.misfit(&p).unwrap().abs());
+        }
+        println!("{rule:?}: {found}");
+        assert!(found > 150, "{rule:?}: {found} of 200");
+        within(&format!("{rule:?}: missed by, relative"), worst, 1e-10);
+    }
 }
 
 /// Without offset the screw axis is the common element of the pitch cones, nothing slides at the pitch point, and the limit pressure angle
@@ -281,4 +343,85 @@ fn ref_axodes() {
     }
     within("throats, pitch, mm; angle, deg", worst, 1e-12);
     within("throats as tangents", rule, 1e-13);
+}
+
+/// Gear flanks that twist along the tooth: contact line, D, Φ, induced curvature and geodesic torsion of the theory against the kernel's envelope
+/// of a surface with the same normal, curvature and torsion at the pitch point.
+#[test]
+fn exact_theory_of_twisted_flanks() {
+    let (mut speeds, mut curvatures, mut torsions, mut lines) = (0f64, 0f64, 0f64, 0f64);
+    let mut random = Sequence(58);
+    for k in 0..24 {
+        let axes = CrossedAxes {
+            offset: if k % 2 == 0 { 20.0 } else { -15.0 },
+            shaft_angle: random.between(60.0, 120.0).to_radians(),
+            ratio: -random.between(0.15, 0.6),
+        };
+        let point = Vector::new(random.between(0.5, 4.0), 25.0, random.between(50.0, 80.0));
+        let at = PitchPoint::at(&axes, point).unwrap();
+        let (side, flank) = match k % 3 {
+            0 => (1.0, TheoryFlank::Coast),
+            _ => (-1.0, TheoryFlank::Drive),
+        };
+        let pressure_angle = random.between(10.0, 25.0).to_radians();
+        // Out of the gear's metal.
+        let (sin, cos) = pressure_angle.sin_cos();
+        let normal = -(at.lateral() * (side * cos) + at.normal * sin);
+        let across = normal.cross(at.tooth);
+        // An arc through P in a slanted plane, swept by a screw that moves P in the tangent plane.
+        let tangent = at.tooth * 0.8 + across * 0.6;
+        let bend = normal * 0.9 + (across * 0.8 - at.tooth * 0.6) * 0.435_889_894_354_067_4;
+        let arc = Arc::circle(point + bend * 70.0, 70.0, -bend, tangent);
+        let w = Vector::new(0.3, random.between(-0.5, 0.5), 0.7);
+        let swept = across * 40.0 - at.tooth * 9.0;
+        let screw = Twist {
+            w,
+            s: swept - w.cross(point),
+        };
+        let tool = Tool::<_, ()>::new(arc, screw);
+        let own = tool.jet([0.0, 0.0]).unwrap();
+        assert!((own.r - point).norm() < 1e-9);
+        let tool = match own.n.dot(normal) > 0.0 {
+            true => tool,
+            false => tool.flipped(),
+        };
+        let surface = Curvature::of(&tool.jet([0.0, 0.0]).unwrap()).unwrap();
+        let known = KnownFlank {
+            flank,
+            pressure_angle,
+            curvature: surface.normal(at.tooth),
+            torsion: surface.torsion(at.tooth),
+        };
+        let theory = known.contact(&at).unwrap();
+        let [pinion, gear] = axes.turns();
+        let law = |factor: f64| Law::Polynomial([0.0, factor, 0.0, 0.0, 0.0, 0.0]);
+        let motion = Motion::<(), ()>::identity()
+            .joint(gear, law(1.0))
+            .joint(pinion, law(-1.0));
+        let envelope = Envelope {
+            surface: tool,
+            motion,
+            range: [-1.0, 1.0],
+        };
+        let second = envelope.point([0.0, 0.0, 0.0]).unwrap().second_order;
+        let off = |a: f64, b: f64| (a.abs() - b.abs()).abs();
+        speeds = speeds.max(off(theory.second_limit, second.second_limit));
+        speeds = speeds.max(off(theory.undercut, second.undercut));
+        let pinion = second.envelope().unwrap();
+        let induced = pinion.normal(at.tooth) - second.tool.normal(at.tooth);
+        curvatures = curvatures.max(off(theory.induced_curvature(0.0), induced));
+        let induced = pinion.torsion(at.tooth) - second.tool.torsion(at.tooth);
+        torsions = torsions.max((theory.induced_torsion(0.0) - induced).abs());
+        let line = second.contact_line().unwrap();
+        let [along, aside] = [line.dot(at.tooth), line.dot(-across)];
+        lines = lines.max(((aside / along).atan() - theory.contact_line).abs());
+    }
+    within("Φ and D, mm", speeds, 1e-10);
+    within("induced curvature along the tooth, 1/mm", curvatures, 1e-10);
+    within(
+        "induced geodesic torsion with its sign, 1/mm",
+        torsions,
+        1e-10,
+    );
+    within("contact line, rad", lines, 1e-10);
 }

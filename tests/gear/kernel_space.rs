@@ -522,3 +522,80 @@ fn survives_degenerate_envelopes() {
         let _ = envelope.under_two_motions(x, &joint, [0.5, theta]);
     }
 }
+
+/// Geodesic torsion of a right helicoid of pitch c: its helices are asymptotic lines, whose geodesic torsion is their torsion `c/(ρ² + c²)`,
+/// positive for a right hand; along the rulings it is the negative of that. It does not depend on the side of the normal.
+#[test]
+fn exact_geodesic_torsion_of_a_right_helicoid() {
+    for pitch in [4.0, -3.0] {
+        let ruling = Line {
+            point: Vector::ZERO,
+            direction: Vector::X,
+            range: [0.0, 20.0],
+        };
+        let screw = Twist::screw(Vector::Z, Vector::ZERO, pitch);
+        let surface = Tool::<_, Work>::new(ruling, screw);
+        let radius = 7.0;
+        let expected = pitch / (radius * radius + pitch * pitch);
+        for surface in [surface, surface.flipped()] {
+            let jet = surface.jet([radius, 0.3]).unwrap();
+            let curvature = Curvature::of(&jet).unwrap();
+            let (sin, cos) = 0.3f64.sin_cos();
+            let ruling = Vector::new(cos, sin, 0.0);
+            let helix = Vector::new(-radius * sin, radius * cos, pitch)
+                .unit()
+                .unwrap();
+            within(
+                "along the helix",
+                apart(curvature.torsion(helix), expected),
+                1e-13,
+            );
+            within(
+                "along the ruling",
+                apart(curvature.torsion(ruling), -expected),
+                1e-13,
+            );
+        }
+    }
+}
+
+/// Geodesic torsion of an envelope, `−n′·(n×r′)/r′²` by fourth-order differences of its points and normals along a line of its parameters.
+#[test]
+fn exact_geodesic_torsion_by_differences() {
+    let arc = Arc::circle(Vector::new(112.0, 7.0, 3.0), 30.0, Vector::X, Vector::Z);
+    let surface = Tool::<_, Wheel>::new(arc, Twist::turn(Vector::Z, Vector::new(12.0, 7.0, 3.0)));
+    let turn = |factor: f64| Law::Polynomial([0.0, factor, 0.01, 0.0, 0.0, 0.0]);
+    let motion = Motion::<Wheel, Wheel>::identity()
+        .joint(Twist::turn(Vector::Z, Vector::ZERO), turn(1.0))
+        .then(Pose::<Wheel, Wheel>::shifted(Vector::new(
+            35.0, -12.0, 20.0,
+        )))
+        .then(Pose::<Work, Wheel>::turned(Vector::X, 1.1))
+        .joint(Twist::turn(Vector::Z, Vector::ZERO), turn(-1.7));
+    let envelope = Envelope {
+        surface,
+        motion,
+        range: [0.0, 1.0],
+    };
+    let mut worst = 0f64;
+    for [dx, d_theta] in [[1.0, 0.3], [-0.4, 1.0], [0.7, -0.6]] {
+        let at = |s: f64| envelope.flank([0.2 + dx * s, 0.7 + d_theta * s]).unwrap();
+        let h = 2e-3;
+        let slope = |of: &dyn Fn(f64) -> Vector| {
+            let inner = (of(h) - of(-h)) * 8.0;
+            (inner - (of(2.0 * h) - of(-2.0 * h))) * (1.0 / (12.0 * h))
+        };
+        let dr = slope(&|s| at(s).point.coordinates);
+        let dn = slope(&|s| at(s).normal.components);
+        let here = at(0.0);
+        let n = here.normal.components;
+        let torsion = -dn.dot(n.cross(dr)) / dr.dot(dr);
+        let exact = here
+            .second_order
+            .envelope()
+            .unwrap()
+            .torsion(dr.unit().unwrap());
+        worst = worst.max(apart(torsion, exact));
+    }
+    within("geodesic torsion of the envelope", worst, 1e-8);
+}

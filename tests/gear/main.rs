@@ -4,6 +4,7 @@
 mod verification;
 
 mod bevel_blank;
+mod bevel_extremes;
 mod bevel_flank;
 mod cases;
 mod complementarity;
@@ -14,7 +15,6 @@ mod cylindrical_laws;
 mod cylindrical_outline;
 mod cylindrical_pair;
 mod cylindrical_reverse;
-mod gear_speed;
 mod helicoids;
 mod hobbing;
 mod hypoid_theory;
@@ -36,3 +36,4 @@ mod plane_worm;
 mod random_files;
 mod rough_settings;
 mod straight_bevel;
+mod worm_interference;

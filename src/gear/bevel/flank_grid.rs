@@ -71,6 +71,15 @@ impl FlankGrid {
         Some([range(2), range(1)])
     }
 
+    /// Shares of face and height of the missing node nearest the tip; none where all above the root are there. The blade's tip meets the root
+    /// cone along one line: beside it nodes at the root may lie a little beneath what it sweeps.
+    pub fn highest_missing(&self) -> Option<[f64; 2]> {
+        let k = self.nodes.iter().rposition(Option::is_none)?;
+        let (row, column) = (k / self.columns, k % self.columns);
+        let share = |i: usize, n: usize| i as f64 / (n - 1) as f64;
+        (row > 0).then(|| [share(column, self.columns), share(row, self.rows)])
+    }
+
     /// The node of a row and a column.
     pub fn node(&self, row: usize, column: usize) -> Option<&ToothPoint> {
         self.nodes.get(row * self.columns + column)?.as_ref()

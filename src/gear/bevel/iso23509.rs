@@ -1,12 +1,13 @@
-//! Blanks of bevel and hypoid pairs: pitch cones by methods 0 and 1 of ISO 23509:2016, depths, root and face cones, face widths, thicknesses.
+//! Blanks of bevel and hypoid pairs: pitch cones by methods 0 to 3 of ISO 23509:2016, depths, root and face cones, face widths, thicknesses.
 //!
-//! Numbers in brackets are formulas of ISO 23509:2016; Clause 6 gives the pitch cones, Clause 7 the rest. Method 1 is solved to rounding
-//! and to the stated spiral angle: the standard stops at 1 % of the limit radius of curvature and corrects the spiral angle once.
+//! Numbers in brackets are formulas of ISO 23509:2016; Clause 6 gives the pitch cones, Clause 7 the rest. Methods 1 to 3 are solved to
+//! rounding, method 1 to the stated spiral angle: the standard stops at 1 % (method 3: 1e-4) and corrects the spiral angle once.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::blank::{Blank, EndCone};
-use super::pitch_cones::PitchConeDesign;
+use super::face_hob::{ConeRule, FaceHob};
+use super::pitch_cones::{PitchConeDesign, ToothLine};
 use crate::gear::kernel::crossed_axes::CrossedAxes;
 
 /// Inputs of a pair of blanks; angles in rad, lengths in m.
@@ -57,11 +58,43 @@ pub enum PitchCones {
         /// β_m1, rad.
         pinion_spiral_angle: f64,
     },
+    /// Methods 2 and 3: face-hobbed pairs with an offset a and the spiral angle β_m2 of the wheel.
+    FaceHobbed {
+        /// a, m.
+        offset: f64,
+        /// β_m2, rad.
+        wheel_spiral_angle: f64,
+        /// Blade groups of the cutter z₀.
+        blade_groups: u32,
+        /// Method 2 or 3.
+        rule: ConeRule,
+    },
+}
+
+impl PitchCones {
+    /// Whether the pair is face-hobbed.
+    pub fn is_face_hobbed(&self) -> bool {
+        matches!(self, PitchCones::FaceHobbed { .. })
+    }
+
+    /// Number of the method in ISO 23509.
+    pub fn number(&self) -> u32 {
+        match self {
+            PitchCones::Bevel { .. } => 0,
+            PitchCones::Hypoid { .. } => 1,
+            PitchCones::FaceHobbed { rule, .. } => match rule {
+                ConeRule::ApexLine => 2,
+                ConeRule::CrownGears => 3,
+            },
+        }
+    }
 }
 
 /// Blanks of a pair with what Clause 7 gives at the mean point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlankPair {
+    /// Method of the pitch cones.
+    pub method: PitchCones,
     /// Blanks of pinion and wheel.
     pub blanks: [Blank; 2],
     /// Cutter radius r_c0, m.
@@ -82,8 +115,8 @@ pub struct BlankPair {
     pub dedenda: [f64; 2],
     /// Clearance c, m.
     pub clearance: f64,
-    /// Spiral angles of the wheel at heel and toe β_e2, β_i2, rad.
-    pub end_spiral_angles: [f64; 2],
+    /// Spiral angles of pinion and wheel at heel and toe β_e, β_i, rad.
+    pub end_spiral_angles: [[f64; 2]; 2],
     /// Mean normal thicknesses s_mn with backlash, m.
     pub thicknesses: [f64; 2],
 }
@@ -103,8 +136,8 @@ impl BlankDesign {
     pub fn blanks(&self) -> Option<BlankPair> {
         let (cones, offset) = match self.method {
             PitchCones::Bevel { spiral_angle } => (self.bevel_cones(spiral_angle), 0.0),
-            PitchCones::Hypoid { offset, .. } => {
-                (self.hypoid_cones(&self.hypoid_design()?)?, offset)
+            PitchCones::Hypoid { offset, .. } | PitchCones::FaceHobbed { offset, .. } => {
+                (self.hypoid_cones(&self.pitch_cone_design()?)?, offset)
             }
         };
         let found = self.dimensions(&cones, offset);
@@ -132,7 +165,7 @@ impl BlankDesign {
         }
     }
 
-    /// Method 1 (8)–(41): pitch cones whose limit radius of curvature is the cutter radius.
+    /// Pitch cones of a pair with offset; methods 2 and 3 put the calculation point in the middle of the face.
     fn hypoid_cones(&self, design: &PitchConeDesign) -> Option<Cones> {
         let found = design.solve()?;
         let [_, wheel] = found.pitch_angles;
@@ -145,34 +178,70 @@ impl BlankDesign {
         })
     }
 
-    /// Design of the pitch cones of method 1; none for method 0.
-    fn hypoid_design(&self) -> Option<PitchConeDesign> {
-        let PitchCones::Hypoid {
-            offset,
-            pinion_spiral_angle,
-        } = self.method
-        else {
-            return None;
-        };
+    /// Design of the pitch cones: method 1 (8)–(41), 2 (42)–(83), 3 (84)–(109); none for method 0.
+    fn pitch_cone_design(&self) -> Option<PitchConeDesign> {
         let u = self.ratio();
-        let (sin_d, cos_d) = (self.shaft_angle - FRAC_PI_2).sin_cos();
-        // (9): the wheel's pitch angle, by which its mean radius is estimated.
-        let wheel = f64::atan2(u * cos_d, 1.2 * (1.0 - u * sin_d));
+        let outer_radius = 0.5 * self.outer_pitch_diameter;
+        let (offset, [wheel_radius, outwards], tooth_line) = match self.method {
+            PitchCones::Bevel { .. } => return None,
+            PitchCones::Hypoid {
+                offset,
+                pinion_spiral_angle,
+            } => {
+                let (sin_d, cos_d) = (self.shaft_angle - FRAC_PI_2).sin_cos();
+                // (11): the wheel's pitch angle, by which its mean radius is estimated.
+                let wheel = f64::atan2(u * cos_d, 1.2 * (1.0 - u * sin_d));
+                let limit = ToothLine::Limit {
+                    pinion_spiral_angle,
+                    curvature: 1.0 / self.cutter_radius,
+                };
+                let mean_radius = outer_radius - 0.5 * self.face_width * wheel.sin();
+                (offset, [mean_radius, 0.0], limit)
+            }
+            PitchCones::FaceHobbed {
+                offset,
+                wheel_spiral_angle,
+                ..
+            } => {
+                let hobbed = ToothLine::Hobbed {
+                    wheel_spiral_angle,
+                    cutter: self.face_hob()?,
+                };
+                (offset, [outer_radius, 0.5 * self.face_width], hobbed)
+            }
+        };
         Some(PitchConeDesign {
             axes: CrossedAxes {
                 offset,
                 shaft_angle: self.shaft_angle,
                 ratio: -1.0 / u,
             },
-            wheel_radius: 0.5 * (self.outer_pitch_diameter - self.face_width * wheel.sin()),
-            pinion_spiral_angle,
-            limit_curvature: 1.0 / self.cutter_radius,
+            wheel_radius,
+            outwards,
+            tooth_line,
+        })
+    }
+
+    /// The cutter of a face-hobbed pair.
+    fn face_hob(&self) -> Option<FaceHob> {
+        let PitchCones::FaceHobbed {
+            blade_groups, rule, ..
+        } = self.method
+        else {
+            return None;
+        };
+        Some(FaceHob {
+            radius: self.cutter_radius,
+            groups: f64::from(blade_groups) / f64::from(self.teeth[1]),
+            rule,
         })
     }
 
     /// The least limit radius of curvature that pitch cones of method 1 reach at the wanted spiral angle, m.
     pub fn least_limit_radius(&self) -> Option<f64> {
-        let [_, greatest] = self.hypoid_design()?.limit_curvatures()?;
+        let design = self.pitch_cone_design()?;
+        let is_limit = matches!(design.tooth_line, ToothLine::Limit { .. });
+        let [_, greatest] = is_limit.then(|| design.limit_curvatures())??;
         Some(1.0 / greatest).filter(|radius| *radius > 0.0)
     }
 
@@ -228,23 +297,26 @@ impl BlankDesign {
         let face_apex_1 = apex_1(zeta_r, root_2, root_apex_2, face_1);
         let root_apex_1 = apex_1(zeta_o, face_2, face_apex_2, root_1);
         let outer_2 = rm_2 + outer_share * self.face_width;
-        let [width_1, outer_share_1] = self.pinion_face(
-            cones,
-            (zeta_mp, zeta_r),
-            (delta_1, face_1),
-            addenda,
-            dedenda,
+        let depth = PinionDepth {
+            offset_angles: [zeta_mp, zeta_r],
+            face_angle: face_1,
+            addendum: addenda[0],
+            mate_dedendum: dedenda[1],
             clearance,
-            2.0 * module * k_hap,
-        );
-        let sine_at = |r: f64| {
-            let rc = self.cutter_radius;
-            ((2.0 * rm_2 * rc * beta_2.sin() - rm_2 * rm_2 + r * r) / (2.0 * r * rc)).asin()
+            working_depth: 2.0 * module * k_hap,
+            module,
         };
-        let ends = [sine_at(outer_2), sine_at(outer_2 - self.face_width)];
+        let [width_1, outer_share_1] = self.pinion_face(cones, &depth);
+        let ends_2 = [outer_2, outer_2 - self.face_width].map(|r| self.wheel_spiral(cones, r));
+        // (174), (175): cone distances on the wheel of the pinion's ends, and the spiral angles there.
+        let ends_1 = [outer_share_1, outer_share_1 - 1.0].map(|share| {
+            let r = cone_distance_on_wheel(rm_2, share * width_1, zeta_mp);
+            self.wheel_spiral(cones, r) + (rm_2 * zeta_mp.sin() / r).asin()
+        });
+        let ends = [ends_1, ends_2];
         let alpha = 0.5 * (pressure[0] + pressure[1]);
         let play = self.backlash / (4.0 * module * alpha.cos()) * rm_2 * beta_2.cos()
-            / (outer_2 * ends[0].cos());
+            / (outer_2 * ends_2[0].cos());
         let thickness = |sign: f64| {
             let x_s = sign * 0.5 * self.thickness_factor - play;
             module * (0.5 * PI + 2.0 * (x_s + sign * x_hm * alpha.tan()))
@@ -262,6 +334,7 @@ impl BlankDesign {
             ends: EndCone::Pitch,
         };
         BlankPair {
+            method: self.method,
             blanks: [
                 blank(
                     delta_1,
@@ -296,39 +369,88 @@ impl BlankDesign {
         }
     }
 
-    /// Face width of the pinion along its pitch cone and the share of it outside the calculation point (156)–(166).
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "letters of the standard, used once"
-    )]
-    fn pinion_face(
-        &self,
-        cones: &Cones,
-        (zeta_mp, zeta_r): (f64, f64),
-        (delta_1, face_1): (f64, f64),
-        addenda: [f64; 2],
-        dedenda: [f64; 2],
-        clearance: f64,
-        working_depth: f64,
-    ) -> [f64; 2] {
-        if matches!(self.method, PitchCones::Bevel { .. }) {
-            return [self.face_width, cones.outer_share];
+    /// Spiral angle of the wheel at a cone distance: (179)–(184), rad.
+    fn wheel_spiral(&self, cones: &Cones, distance: f64) -> f64 {
+        let (mean, beta) = (cones.distances[1], cones.spirals[1]);
+        if let Some(cutter) = self.face_hob() {
+            let line = cutter.epicycloid(mean, cones.angles[1], beta);
+            return line.spiral_angle(distance);
         }
-        let (u, delta_2) = (self.ratio(), cones.angles[1]);
-        let lambda = (zeta_mp.sin() * delta_2.cos()
-            / (u * delta_1.cos() + delta_2.cos() * zeta_mp.cos()))
-        .atan();
-        let width = self.face_width * lambda.cos() / (zeta_mp - lambda).cos();
-        let more = working_depth * zeta_r.sin().abs() * (1.0 - 1.0 / u);
-        let theta_a = face_1 - delta_1;
-        let along = |share: f64| share * width / theta_a.cos() * face_1.cos() + more;
-        let depth = (dedenda[1] - clearance) * delta_1.sin();
-        let rise = addenda[0] * delta_1.sin();
-        let outer = (along(cones.outer_share) - depth + rise) / face_1.cos() * theta_a.cos();
-        let inner = (along(1.0 - cones.outer_share) + depth - rise)
-            / (delta_1.cos() - theta_a.tan() * delta_1.sin());
-        [inner + outer, outer / (inner + outer)]
+        milled_spiral_angle(self.cutter_radius, [mean, beta], distance)
     }
+
+    /// Face width of the pinion along its pitch cone and the share of it outside the calculation point (154)–(173).
+    fn pinion_face(&self, cones: &Cones, depth: &PinionDepth) -> [f64; 2] {
+        let [zeta_mp, zeta_r] = depth.offset_angles;
+        let ([delta_1, delta_2], mean_2) = (cones.angles, cones.distances[1]);
+        let in_pitch_plane = |r: f64| (r * r - (mean_2 * zeta_mp.sin()).powi(2)).sqrt();
+        let outer_2 = mean_2 + cones.outer_share * self.face_width;
+        match self.method {
+            PitchCones::Bevel { .. } => [self.face_width, cones.outer_share],
+            PitchCones::FaceHobbed {
+                rule: ConeRule::ApexLine,
+                ..
+            } => {
+                let width = self.face_width * (1.0 + zeta_mp.tan().powi(2));
+                [width, cones.outer_share]
+            }
+            PitchCones::FaceHobbed {
+                rule: ConeRule::CrownGears,
+                ..
+            } => {
+                let inner = in_pitch_plane(outer_2 - self.face_width);
+                let plain = in_pitch_plane(outer_2) - inner;
+                // (170): whole millimetres.
+                let width =
+                    1e-3 * (1e3 * (plain + 3.0 * depth.module * zeta_mp.tan().abs()) + 1.0).floor();
+                let inside = in_pitch_plane(mean_2) - inner + 0.5 * (width - plain);
+                [width, 1.0 - inside / width]
+            }
+            PitchCones::Hypoid { .. } => {
+                let u = self.ratio();
+                let lambda = (zeta_mp.sin() * delta_2.cos()
+                    / (u * delta_1.cos() + delta_2.cos() * zeta_mp.cos()))
+                .atan();
+                let width = self.face_width * lambda.cos() / (zeta_mp - lambda).cos();
+                let more = depth.working_depth * zeta_r.sin().abs() * (1.0 - 1.0 / u);
+                let theta_a = depth.face_angle - delta_1;
+                let along =
+                    |share: f64| share * width / theta_a.cos() * depth.face_angle.cos() + more;
+                let below = (depth.mate_dedendum - depth.clearance) * delta_1.sin();
+                let rise = depth.addendum * delta_1.sin();
+                let outer = (along(cones.outer_share) - below + rise) / depth.face_angle.cos()
+                    * theta_a.cos();
+                let inner = (along(1.0 - cones.outer_share) + below - rise)
+                    / (delta_1.cos() - theta_a.tan() * delta_1.sin());
+                [inner + outer, outer / (inner + outer)]
+            }
+        }
+    }
+}
+
+/// Depths and angles that give the face width of the pinion.
+struct PinionDepth {
+    /// Offset angles in the pitch plane and in the root plane ζ_mp, ζ_R.
+    offset_angles: [f64; 2],
+    face_angle: f64,
+    addendum: f64,
+    mate_dedendum: f64,
+    clearance: f64,
+    working_depth: f64,
+    module: f64,
+}
+
+/// Cone distance on the wheel of a place of the pinion, `outwards` from the mean point along its pitch cone: (174), (175).
+pub fn cone_distance_on_wheel(mean_2: f64, outwards: f64, offset_angle: f64) -> f64 {
+    let square = mean_2 * mean_2 + outwards * outwards;
+    (square + 2.0 * mean_2 * outwards * offset_angle.cos()).sqrt()
+}
+
+/// Spiral angle at a cone distance of a face-milled wheel by its mean cone distance and spiral angle: (183), (184), rad.
+pub fn milled_spiral_angle(cutter_radius: f64, [mean, beta]: [f64; 2], distance: f64) -> f64 {
+    let r = distance;
+    let sine = 2.0 * mean * cutter_radius * beta.sin() - mean * mean + r * r;
+    (sine / (2.0 * r * cutter_radius)).asin()
 }
 
 /// Limit pressure angle (32), (117).

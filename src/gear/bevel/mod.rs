@@ -14,11 +14,17 @@ pub mod rough_settings;
 
 pub mod pitch_point;
 
+pub mod face_hob;
+
 pub mod pitch_cones;
 
 pub mod flank_theory;
 
 pub mod iso23509;
+
+pub mod slots;
+
+pub mod virtual_gears;
 
 pub mod flank;
 

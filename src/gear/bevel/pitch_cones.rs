@@ -1,8 +1,9 @@
-//! Pitch cones of a hypoid pair from the wheel's radius, the pinion's spiral angle and the limit curvature of the tooth line.
+//! Pitch cones of a hypoid pair from the wheel's radius, a spiral angle and a condition: the limit curvature of the tooth line or a cutter that hobs.
 //!
 //! Newton's method for the three coordinates of the pitch point, iterated until a step is 3e-8 of its scale: errors below 1e-10; every
 //! shaft angle, offset and its sign.
 
+use super::face_hob::FaceHob;
 use super::pitch_point::PitchPoint;
 use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::newton::newton;
@@ -14,12 +15,31 @@ use crate::gear::kernel::vector::Vector;
 pub struct PitchConeDesign {
     /// Axes and ratio; the offset is not zero.
     pub axes: CrossedAxes,
-    /// Distance r₂ of the pitch point from the axis of the wheel.
+    /// Radius of the wheel's pitch cone at a place of it.
     pub wheel_radius: f64,
-    /// Spiral angle β₁ of the pinion, rad.
-    pub pinion_spiral_angle: f64,
-    /// Limit curvature of the tooth line `1/ρ_lim`, the inverse of the cutter radius.
-    pub limit_curvature: f64,
+    /// Distance of that place from the pitch point along the wheel's pitch cone, outwards.
+    pub outwards: f64,
+    /// Spiral angle and its condition.
+    pub tooth_line: ToothLine,
+}
+
+/// A spiral angle and the condition that fixes the third coordinate of the pitch point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ToothLine {
+    /// The limit curvature of the tooth line.
+    Limit {
+        /// Spiral angle β₁ of the pinion, rad.
+        pinion_spiral_angle: f64,
+        /// `1/ρ_lim`, the inverse of the cutter radius.
+        curvature: f64,
+    },
+    /// A cutter that hobs.
+    Hobbed {
+        /// Spiral angle β₂ of the wheel, rad.
+        wheel_spiral_angle: f64,
+        /// The cutter.
+        cutter: FaceHob,
+    },
 }
 
 /// Places of the pitch point along the offset at which Newton's method starts, in offsets: it lies near the axis of the pinion.
@@ -32,7 +52,7 @@ const PARTS: i32 = 64;
 const DIFFERENCE: f64 = 1e-5;
 
 impl PitchConeDesign {
-    /// The pitch point; none where no pitch cones have this limit curvature.
+    /// The pitch point; none where no pitch cones meet the condition.
     pub fn solve(&self) -> Option<PitchPoint> {
         let near = STARTS.iter().find_map(|share| self.newton_from(*share));
         near.or_else(|| self.by_bracket())
@@ -50,9 +70,19 @@ impl PitchConeDesign {
 
     /// Estimate of y and z of the pitch point: that of a bevel pair.
     fn estimate(&self) -> [f64; 2] {
-        let (r2, beta) = (self.wheel_radius, self.pinion_spiral_angle);
-        let wheel_spiral = beta - (self.axes.offset / r2).clamp(-1.0, 1.0).asin();
-        let r1 = r2 * wheel_spiral.cos() * self.axes.ratio.abs() / beta.cos();
+        let r2 = self.wheel_radius - self.outwards;
+        let offset_angle = (self.axes.offset / r2).clamp(-1.0, 1.0).asin();
+        let [pinion, wheel] = match self.tooth_line {
+            ToothLine::Limit {
+                pinion_spiral_angle: beta,
+                ..
+            } => [beta, beta - offset_angle],
+            ToothLine::Hobbed {
+                wheel_spiral_angle: beta,
+                ..
+            } => [beta + offset_angle, beta],
+        };
+        let r1 = r2 * wheel.cos() * self.axes.ratio.abs() / pinion.cos();
         let (sin, cos) = self.axes.shaft_angle.sin_cos();
         [r1, r1 * (r2 / r1 + cos) / sin]
     }
@@ -79,15 +109,30 @@ impl PitchConeDesign {
         self.accepted(point)
     }
 
-    /// Residuals at a place: radius, spiral angle, limit curvature.
+    /// Residuals at a place: radius, spiral angle, condition.
     fn residual(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
         let p = PitchPoint::at(&self.axes, Vector::new(x, y, z))?;
-        let r2 = self.wheel_radius;
-        Some([
-            p.radii[1] / r2 - 1.0,
-            p.spiral_angles[0] - self.pinion_spiral_angle,
-            r2 * (p.limit()?.curvature - self.limit_curvature),
-        ])
+        let radius = p.radii[1] + self.outwards * p.pitch_angles[1].sin();
+        let spiral = match self.tooth_line {
+            ToothLine::Limit {
+                pinion_spiral_angle,
+                ..
+            } => p.spiral_angles[0] - pinion_spiral_angle,
+            ToothLine::Hobbed {
+                wheel_spiral_angle, ..
+            } => p.spiral_angles[1] - wheel_spiral_angle,
+        };
+        Some([radius / self.wheel_radius - 1.0, spiral, self.misfit(&p)?])
+    }
+
+    /// Residual of the condition, relative.
+    fn misfit(&self, p: &PitchPoint) -> Option<f64> {
+        match self.tooth_line {
+            ToothLine::Limit { curvature, .. } => {
+                Some(self.wheel_radius * (p.limit()?.curvature - curvature))
+            }
+            ToothLine::Hobbed { cutter, .. } => cutter.misfit(p),
+        }
     }
 
     /// The pitch point at a place along the offset with the stated radius and spiral angle.
@@ -114,10 +159,9 @@ impl PitchConeDesign {
         self.accepted(point)
     }
 
-    /// The change of sign of the limit curvature nearest the axis of the pinion.
+    /// The change of sign of the condition nearest the axis of the pinion.
     fn by_bracket(&self) -> Option<PitchPoint> {
-        let off =
-            |share: f64| Some(self.at_share(share)?.limit()?.curvature - self.limit_curvature);
+        let off = |share: f64| self.misfit(&self.at_share(share)?);
         let part = FARTHEST / f64::from(PARTS);
         let brackets = (0..PARTS).flat_map(|k| {
             let near = f64::from(k) * part;

@@ -131,6 +131,12 @@ impl PitchPoint {
         self.spiral_angles[0] - self.spiral_angles[1]
     }
 
+    /// Offset angle in the axial plane of the pinion ζ_m, `sin ζ_m = a/(r₂ + r₁ cos δ₂/cos δ₁)`: ISO 23509:2016 (113), rad.
+    pub fn axial_offset_angle(&self) -> f64 {
+        let ([r1, r2], [d1, d2]) = (self.radii, self.pitch_angles);
+        (self.axes.offset / (r2 + r1 * d2.cos() / d1.cos())).asin()
+    }
+
     /// The limit normal; none for a pair without sliding at P, where every curvature of the tooth line is free.
     pub fn limit(&self) -> Option<LimitNormal> {
         if !(self.sliding.abs() > NO_SLIDING * self.radii[0]) {

@@ -85,7 +85,7 @@ impl CrossedGear {
     }
 
     /// Turn a unit of height along the helix, rad.
-    fn twist(&self) -> f64 {
+    pub(super) fn twist(&self) -> f64 {
         self.helix.tan() / self.radius
     }
 }
@@ -97,7 +97,7 @@ impl CrossedPair {
     }
 
     /// Direction of axis 2.
-    fn second_axis(&self) -> Vector {
+    pub(super) fn second_axis(&self) -> Vector {
         let (sine, cosine) = self.shaft_angle.sin_cos();
         Vector::new(0.0, sine, cosine)
     }
@@ -193,6 +193,18 @@ impl CrossedPair {
     pub fn pitch_place(&self, path: &CrossedPath) -> f64 {
         let pitch_point = Vector::X * self.gears[0].radius;
         (pitch_point - path.tangent_points[0]).dot(path.direction)
+    }
+
+    /// Extent of the contact along each axis, symmetric about the common perpendicular of the axes.
+    pub fn contact_widths(&self, path: &CrossedPath) -> [f64; 2] {
+        let ends = [path.ends[0].max(0.0), path.ends[1].min(path.length)];
+        [Vector::Z, self.second_axis()].map(|axis| {
+            let along = |place: f64| {
+                let point = path.tangent_points[0] + path.direction * place;
+                point.dot(axis).abs()
+            };
+            2.0 * along(ends[0]).max(along(ends[1]))
+        })
     }
 
     /// Least and greatest shaft angle at which these base helices have a common normal, rad.

@@ -3,7 +3,7 @@
 use super::axial_profile::Helicoid;
 use super::grinding_wheel::ToolAxis;
 use super::profile_point::{LAST_STEP, NEWTON_STEPS};
-use crate::gear::kernel::root::root;
+use crate::gear::kernel::root::{greatest, root};
 
 /// A point of a disk tool's profile, with the point of the helicoid that it cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,10 +31,10 @@ pub struct Interference {
 
 /// Half of the arc that is searched, rad.
 const ARC: f64 = 1.2;
-/// Parts of half the arc.
-const ARC_PARTS: i32 = 60;
+/// Parts of the arc.
+const ARC_PARTS: u32 = 24;
 /// Contacts whose heights are searched.
-const CONTACTS: u32 = 40;
+const CONTACTS: u32 = 24;
 
 impl ToolAxis {
     /// The tool's profile at rising distances from the helicoid's axis; points where no normal meets the tool's axis are left out.
@@ -160,10 +160,8 @@ impl ToolAxis {
             let g = helicoid.at(place)?.height;
             Some(self.seen(helicoid, g, place, chi)[0])
         };
-        let arc = |i: i32| ARC * f64::from(i) / f64::from(ARC_PARTS);
-        (-ARC_PARTS..=ARC_PARTS)
-            .filter_map(|i| radius(arc(i)))
-            .reduce(f64::min)
+        let [_, nearest] = greatest([-ARC, ARC], ARC_PARTS, |chi| Some(-radius(chi)?))?;
+        Some(-nearest)
     }
 }
 

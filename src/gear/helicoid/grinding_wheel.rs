@@ -50,21 +50,29 @@ pub struct GroundPoint {
     pub radius: f64,
     /// dρ/dR.
     pub radius_slope: f64,
-    /// Angle β on the wheel, rad.
-    pub contact_angle: f64,
+    /// Sine and cosine of the angle β on the wheel.
+    pub turn: [f64; 2],
     /// The axial profile there.
     pub profile: ProfilePoint,
 }
 
-impl ToolAxis {
+/// The axis with sine and cosine of its angle, for many points of one tool.
+#[derive(Debug, Clone, Copy)]
+struct TiltedAxis {
+    distance: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl TiltedAxis {
     /// `(A, 0, 0)` to the point of a wheel circle: `R (−cos β, sin β cos S, sin β sin S) + ζ (0, −sin S, cos S)`.
-    fn point(&self, radius: f64, height: f64, [sine, cosine]: [f64; 2]) -> Vector {
-        self.turned(radius, height, [sine, cosine]) + Vector::X * self.distance
+    fn point(&self, radius: f64, height: f64, turn: [f64; 2]) -> Vector {
+        self.turned(radius, height, turn) + Vector::X * self.distance
     }
 
     /// A vector of the wheel with a radial and an axial part, at the angle β.
     fn turned(&self, radial: f64, axial: f64, [sine, cosine]: [f64; 2]) -> Vector {
-        let (s, c) = self.angle.sin_cos();
+        let (s, c) = (self.sine, self.cosine);
         Vector::new(
             -radial * cosine,
             radial * sine * c - axial * s,
@@ -72,20 +80,14 @@ impl ToolAxis {
         )
     }
 
-    /// Angle β where a wheel circle whose normal has the radial part `radial` and the axial part `axial` touches the helicoid, rad; none
-    /// where that circle never touches. Of two roots the one nearer β = 0 cuts.
-    pub fn contact_angle(
-        &self,
-        lead: f64,
-        [radius, height]: [f64; 2],
-        [radial, axial]: [f64; 2],
-    ) -> Option<f64> {
-        let [p, q, c] = self.meshing(lead, [radius, height], [radial, axial]);
-        let reach = (c / f64::hypot(p, q)).acos();
-        let middle = p.atan2(q);
-        let [a, b] = [middle + reach, middle - reach].map(wrapped);
-        let nearer = if a.abs() < b.abs() { a } else { b };
-        nearer.is_finite().then_some(nearer)
+    /// Sine and cosine of the angle β where a wheel circle touches the helicoid: of both roots of `P sin β + Q cos β = C` that nearer β = 0.
+    fn contact_turn(&self, [p, q, c]: [f64; 3]) -> Option<[f64; 2]> {
+        let square = p * p + q * q;
+        let rest = (square - c * c).sqrt();
+        let turn = |rest: f64| [(p * c + q * rest) / square, (q * c - p * rest) / square];
+        let [a, b] = [turn(rest), turn(-rest)];
+        let nearer = if a[1] > b[1] { a } else { b };
+        nearer[0].is_finite().then_some(nearer)
     }
 
     /// Coefficients of `P sin β + Q cos β = C`.
@@ -95,12 +97,36 @@ impl ToolAxis {
         [radius, height]: [f64; 2],
         [radial, axial]: [f64; 2],
     ) -> [f64; 3] {
-        let (s, c) = self.angle.sin_cos();
+        let (s, c) = (self.sine, self.cosine);
         [
             radial * (self.distance * c + lead * s),
             (axial * radius - radial * height) * s,
             axial * (self.distance * s - lead * c),
         ]
+    }
+}
+
+impl ToolAxis {
+    fn tilted(&self) -> TiltedAxis {
+        let (sine, cosine) = self.angle.sin_cos();
+        TiltedAxis {
+            distance: self.distance,
+            sine,
+            cosine,
+        }
+    }
+
+    /// Angle β where a wheel circle whose normal has the radial part `radial` and the axial part `axial` touches the helicoid, rad; none
+    /// where that circle never touches. Of two roots the one nearer β = 0 cuts.
+    pub fn contact_angle(
+        &self,
+        lead: f64,
+        place: [f64; 2],
+        [radial, axial]: [f64; 2],
+    ) -> Option<f64> {
+        let tilted = self.tilted();
+        let [sine, cosine] = tilted.contact_turn(tilted.meshing(lead, place, [radial, axial]))?;
+        Some(sine.atan2(cosine))
     }
 
     /// Angle S at which the edge of a wheel at a radius and height leaves a line instead of a transition surface, rad.
@@ -119,14 +145,11 @@ impl ToolAxis {
 
     /// Distance ρ and axial height of the helix that a point of the wheel leaves at the angle β.
     pub fn helix(&self, lead: f64, [radius, height]: [f64; 2], beta: f64) -> [f64; 2] {
-        let r = self.point(radius, height, [beta.sin(), beta.cos()]);
+        let r = self
+            .tilted()
+            .point(radius, height, [beta.sin(), beta.cos()]);
         [f64::hypot(r.x, r.y), r.z - lead * r.y.atan2(r.x)]
     }
-}
-
-fn wrapped(angle: f64) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 impl GrindingWheel {
@@ -154,27 +177,26 @@ impl GrindingWheel {
 
     /// The helicoid's point that the wheel circle of a radius grinds; none where it never touches.
     pub fn ground(&self, lead: f64, radius: f64) -> Option<GroundPoint> {
-        let (s, c) = self.axis.angle.sin_cos();
+        let axis = self.axis.tilted();
         let WheelPoint {
             height: zeta,
             slope: t,
             curvature: dt,
             ..
         } = self.wheel_profile(radius)?;
-        let beta = self.axis.contact_angle(lead, [radius, zeta], [t, 1.0])?;
-        let turn = [beta.sin(), beta.cos()];
+        let [p, q, constant] = axis.meshing(lead, [radius, zeta], [t, 1.0]);
+        let turn = axis.contact_turn([p, q, constant])?;
         let [sine, cosine] = turn;
-        let r = self.axis.point(radius, zeta, turn);
-        let n = self.axis.turned(t, 1.0, turn);
+        let r = axis.point(radius, zeta, turn);
+        let n = axis.turned(t, 1.0, turn);
         // Derivatives along the profile: ζ′ = −t, and β′ from the equation of meshing.
-        let [p, q, _] = self.axis.meshing(lead, [radius, zeta], [t, 1.0]);
-        let dp = dt * (self.axis.distance * c + lead * s);
-        let dq = (1.0 - dt * zeta + t * t) * s;
+        let dp = dt * (axis.distance * axis.cosine + lead * axis.sine);
+        let dq = (1.0 - dt * zeta + t * t) * axis.sine;
         let d_beta = -(dp * sine + dq * cosine) / (p * cosine - q * sine);
-        let swept = |radial: f64| self.axis.turned(radial, 0.0, [cosine, -sine]) * d_beta;
-        let dr = self.axis.turned(1.0, -t, turn) + swept(radius);
-        let dn = self.axis.turned(dt, 0.0, turn) + swept(t);
-        let distance = f64::hypot(r.x, r.y);
+        let swept = |radial: f64| axis.turned(radial, 0.0, [cosine, -sine]) * d_beta;
+        let dr = axis.turned(1.0, -t, turn) + swept(radius);
+        let dn = axis.turned(dt, 0.0, turn) + swept(t);
+        let distance = (r.x * r.x + r.y * r.y).sqrt();
         let d_distance = (r.x * dr.x + r.y * dr.y) / distance;
         // g′ = −N·e_ρ/N_z.
         let outward = (n.x * r.x + n.y * r.y) / distance;
@@ -185,7 +207,7 @@ impl GrindingWheel {
         Some(GroundPoint {
             radius: distance,
             radius_slope: d_distance,
-            contact_angle: beta,
+            turn,
             profile: ProfilePoint {
                 height: r.z - lead * r.y.atan2(r.x),
                 slope,

@@ -6,6 +6,7 @@
 //! touches the wheel again after a turn Δ of the worm, `tan(Δ/2) = m_x/m_y` with `m = x×n`: on the wheel this is the enveloped part of the
 //! tooth, bounded on the plane by the limit of the second kind m_x = 0.
 
+use super::worm_pair::half_turn_tangent;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::second_order::Curvature;
 use crate::gear::kernel::twist::Twist;
@@ -54,6 +55,8 @@ struct WormPoint {
     normal: Vector,
     /// Curvature of the worm, `p pᵀ/D`.
     curvature: Curvature,
+    /// Sine and cosine of the plane's inclination.
+    plane: (f64, f64),
 }
 
 /// Δ within this of zero is the limit itself, where the relative curvature of the second contact is 0 and its formula 0/0, rad.
@@ -107,8 +110,10 @@ impl PlaneWorm {
 
     /// Coefficients A, B, C of the line of contact `A ξ + B η = C` on the plane.
     pub fn line(&self, wheel_turn: f64) -> [f64; 3] {
-        let (s, c) = wheel_turn.sin_cos();
-        let (sb, cb) = self.plane_angle.sin_cos();
+        self.line_at(wheel_turn.sin_cos(), self.plane_angle.sin_cos())
+    }
+
+    fn line_at(&self, (s, c): (f64, f64), (sb, cb): (f64, f64)) -> [f64; 3] {
         [
             cb * (c * sb + self.ratio * cb),
             s,
@@ -116,8 +121,18 @@ impl PlaneWorm {
         ]
     }
 
+    /// A point of space from the wheel's frame (ξ, η, ζ).
+    pub(super) fn in_space(&self, point: Vector, wheel_turn: f64) -> Vector {
+        let (s, c) = wheel_turn.sin_cos();
+        Vector::new(
+            self.centre_distance - point.x * c - point.z * s,
+            point.y,
+            point.z * c - point.x * s,
+        )
+    }
+
     /// A point of the wheel in the wheel's frame (ξ, η, ζ) from space.
-    fn in_wheel(&self, point: Vector, wheel_turn: f64) -> Vector {
+    pub(super) fn in_wheel(&self, point: Vector, wheel_turn: f64) -> Vector {
         let (s, c) = wheel_turn.sin_cos();
         let x = self.centre_distance - point.x;
         Vector::new(x * c - point.z * s, point.y, x * s + point.z * c)
@@ -136,7 +151,7 @@ impl PlaneWorm {
     fn generated(&self, wheel_turn: f64, eta: f64) -> Option<(PlaneWormContact, WormPoint)> {
         let (s, c) = wheel_turn.sin_cos();
         let (sb, cb) = self.plane_angle.sin_cos();
-        let [a, b, constant] = self.line(wheel_turn);
+        let [a, b, constant] = self.line_at((s, c), (sb, cb));
         let xi = (constant - b * eta) / a;
         let zeta = self.base_radius + eta * sb / cb;
         let point = Vector::new(
@@ -175,15 +190,17 @@ impl PlaneWorm {
             point,
             normal,
             curvature,
+            plane: (sb, cb),
         };
         (xi.is_finite() && touch.undercut != 0.0).then_some((contact, worm_point))
     }
 
     /// The worm's point turned on until it touches the wheel again.
     fn touching_again(&self, wheel_turn: f64, worm: &WormPoint) -> Option<PlaneWormContact> {
-        let moment = worm.point.cross(worm.normal);
-        let turn = 2.0 * (moment.x / moment.y).atan();
-        let (sin, cos) = turn.sin_cos();
+        let half = half_turn_tangent(worm.point, worm.normal);
+        let turn = 2.0 * half.atan();
+        let share = 1.0 / (1.0 + half * half);
+        let (sin, cos) = (2.0 * half * share, (1.0 - half * half) * share);
         let turned = |r: Vector| Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
         let (point, normal) = (turned(worm.point), turned(worm.normal));
         let curvature = Curvature {
@@ -194,7 +211,7 @@ impl PlaneWorm {
         let [first, second] = self.turns();
         let touch = Touch::of(&curvature, normal, point, &first, &second)?;
         let in_wheel = self.in_wheel(point, wheel_turn);
-        let (sb, cb) = self.plane_angle.sin_cos();
+        let (sb, cb) = worm.plane;
         Some(PlaneWormContact {
             wheel_turn,
             point,

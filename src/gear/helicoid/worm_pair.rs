@@ -67,24 +67,20 @@ impl WormPair {
         self.worm.lead / self.ratio
     }
 
-    /// Axial place and turn of the worm, `[z, φ]`; none outside the flank and where the normal runs along the pitch line.
-    fn place(&self, radius: f64, azimuth: f64) -> Option<[f64; 2]> {
-        let at = self.worm.at(radius)?;
-        let (sine, cosine) = azimuth.sin_cos();
-        let normal = self.worm.lead / radius * sine - at.slope * cosine;
-        let z = (radius * cosine - self.worm_pitch_radius()) / normal;
-        z.is_finite()
-            .then(|| [z, azimuth - (z - at.height) / self.worm.lead])
-    }
-
     /// The contact at a distance from the worm's axis and an azimuth.
+    ///
+    /// None outside the flank and where the normal runs along the pitch line.
     pub fn contact(&self, radius: f64, azimuth: f64) -> Option<WormContact> {
-        let [z, turn] = self.place(radius, azimuth)?;
         let at = self.worm.at(radius)?;
         let (p, i, slope) = (self.worm.lead, self.ratio, at.slope);
         let (sine, cosine) = azimuth.sin_cos();
         let steep = p / radius;
         let normal = steep * sine - slope * cosine;
+        let z = (radius * cosine - self.worm_pitch_radius()) / normal;
+        if !z.is_finite() {
+            return None;
+        }
+        let turn = azimuth - (z - at.height) / p;
         let e = slope * sine + steep * cosine;
         // Derivatives of f = z N_x − ρ cos ψ + r₁′ along φ, χ, ρ, and the sliding velocity along ρ and χ.
         let f_turn = z * e + radius * sine;
@@ -127,6 +123,27 @@ impl WormPair {
         })
     }
 
+    /// The contact of the same point of the worm at another turn: on the covered side of the limit of the second kind the wheel touches it
+    /// twice.
+    pub fn second_contact(&self, contact: &WormContact) -> Option<WormContact> {
+        let at = self.worm.at(contact.radius)?;
+        let (sine, cosine) = contact.azimuth.sin_cos();
+        let steep = self.worm.lead / contact.radius;
+        let (outward, along) = (-at.slope, -steep);
+        let point = Vector::new(
+            contact.radius * cosine,
+            contact.radius * sine,
+            contact.axial,
+        );
+        let normal = Vector::new(
+            outward * cosine - along * sine,
+            outward * sine + along * cosine,
+            1.0,
+        );
+        let turn = 2.0 * half_turn_tangent(point, normal).atan();
+        self.contact(contact.radius, contact.azimuth + turn)
+    }
+
     /// Azimuth of the limit of the second kind at a radius, rad; none where it does not reach the radius.
     ///
     /// `(r₁′/ρ) cos ψ + (r₁′ g′/p) sin ψ = 1`; it passes through the pitch point of every flank.
@@ -164,6 +181,13 @@ impl WormPair {
         };
         roots([-FRAC_PI_2, FRAC_PI_2], meshing)
     }
+}
+
+/// `tan(Δ/2) = m_x/m_y` with `m = x×n`: after the turn Δ of a worm its point x of normal n touches a wheel at 90° again; 0 on the limit of the
+/// second kind.
+pub(super) fn half_turn_tangent(point: Vector, normal: Vector) -> f64 {
+    let moment = point.cross(normal);
+    moment.x / moment.y
 }
 
 /// The part of space where a worm and its wheel can touch.

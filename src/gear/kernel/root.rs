@@ -154,6 +154,42 @@ fn bracketed_newton(
     None
 }
 
+/// Steps of golden section: they leave 1e-5 of two parts, and 1e-10 of what the value changes over them.
+const GOLDEN_STEPS: usize = 24;
+
+/// Place and value of the greatest `f` in `[from, to]`: the best of `parts` + 1 samples, refined by golden section between its neighbours;
+/// none where `f` is defined at no sample.
+pub fn greatest(
+    [from, to]: [f64; 2],
+    parts: u32,
+    mut f: impl FnMut(f64) -> Option<f64>,
+) -> Option<[f64; 2]> {
+    let part = (to - from) / f64::from(parts);
+    let samples = (0..=parts).filter_map(|k| {
+        let x = from + part * f64::from(k);
+        Some([x, f(x)?])
+    });
+    let mut best = samples.max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let [mut low, mut high] = [(best[0] - part).max(from), (best[0] + part).min(to)];
+    let share = 0.5 * (3.0 - 5f64.sqrt());
+    for _ in 0..GOLDEN_STEPS {
+        // The larger side of the best place is tried.
+        let rises = high - best[0] > best[0] - low;
+        let x = match rises {
+            true => best[0] + share * (high - best[0]),
+            false => best[0] - share * (best[0] - low),
+        };
+        let value = f(x).unwrap_or(f64::NEG_INFINITY);
+        match (value > best[1], rises) {
+            (true, true) => (low, best) = (best[0], [x, value]),
+            (true, false) => (high, best) = (best[0], [x, value]),
+            (false, true) => high = x,
+            (false, false) => low = x,
+        }
+    }
+    Some(best)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! One flank as discrete blades cut it: scallops, a map for each cause, the blades that finish, a profile.
 
-use super::bevel;
+use super::bevel_member;
 use super::cut_causes::{self, CutCause};
 use crate::base::error::Error;
 use crate::gear::bevel::flank::{BevelFlank, ToothPoint};
@@ -100,7 +100,7 @@ pub fn flank(
     let ideal = BevelFlank::new(&cut.cutter, &cut.settings, hand, of.section);
     let [rows, columns] = file.study.grid;
     let (Some(grid), Some(middle)) = (FlankGrid::of(&ideal, rows, columns), ideal.middle()) else {
-        return Err(bevel::unreached(of, member, side));
+        return Err(bevel_member::unreached(of, member, side));
     };
     let feed = file.study.feed(of.process == Process::Generated);
     let causes = cut_causes::of_flank(file, &cut.settings, feed, &grid)?;

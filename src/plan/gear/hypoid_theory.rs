@@ -82,7 +82,7 @@ fn known_flank(
             // The pitch point is that of a right-hand pinion.
             torsion: file.hand.sign() * elements.torsion,
         }),
-        (None, Some(design)) => {
+        (None, Some(design)) if !design.method.is_face_hobbed() => {
             let pressure_angle = design.pressure_angles[k];
             Some(KnownFlank::of_cutter(
                 flank,
@@ -90,7 +90,7 @@ fn known_flank(
                 design.cutter_radius,
             ))
         }
-        (None, None) => None,
+        _ => None,
     }
 }
 

@@ -54,7 +54,16 @@ pub mod bevel_stability;
 /// Load on a bevel pair.
 pub mod bevel_mesh;
 
-/// Flanks, limits and stages of a bevel pair.
+/// Flanks and tooth of a bevel gear.
+pub mod bevel_member;
+
+/// Limits that bevel flanks meet.
+pub mod bevel_limits;
+
+/// Quantities of a bevel pair.
+mod bevel_quantities;
+
+/// Result and stages of a bevel pair.
 pub mod bevel;
 
 /// Nodes of a measured grid on the flanks of a file.
@@ -65,6 +74,7 @@ pub mod correction;
 
 /// Causes of the deviations of a cut flank.
 pub mod cut_causes;
+
 /// Settings of a pinion for a wanted ease-off.
 pub mod synthesis;
 

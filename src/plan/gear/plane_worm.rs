@@ -8,6 +8,7 @@ use super::sheet::{GearSheet, SheetPlot, SheetTable, table};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::helicoid::plane_worm::{PlaneWorm, PlaneWormContact};
+use crate::gear::helicoid::plane_worm_interference::GeneratingPlane;
 use crate::plan::decision::StageDecision;
 use crate::scene::plane_worm_file::PlaneWormFile;
 
@@ -54,6 +55,7 @@ pub fn run(file: &PlaneWormFile) -> Result<GearSheet, Error> {
         .collect();
     let contact_ratio = (turns[1] - turns[0]) / pitch;
     let mut diagnostics: Vec<Diagnostic> = undercut_warning(&undercut).into_iter().collect();
+    diagnostics.extend(interference(file, [&first, &second], turns));
     diagnostics.extend((contact_ratio < 1.0).then(|| Diagnostic {
         code: "contact-ratio",
         message: format!("the contact ratio is {contact_ratio:.4}: the contact is interrupted"),
@@ -109,6 +111,37 @@ fn reaches(file: &PlaneWormFile, contact: &PlaneWormContact) -> bool {
 
 fn wheel_radius(contact: &PlaneWormContact) -> f64 {
     f64::hypot(contact.in_wheel.x, contact.in_wheel.z)
+}
+
+/// Depth of interference that is not mentioned, in centre distances: 0.1 µm at 100 mm.
+const SLIGHT: f64 = 1e-6;
+/// Every so many points of a line are tried for interference.
+const TRIED: usize = 16;
+
+/// The deepest cut of the worm into the tooth whose flank the lines of contact give.
+fn interference(file: &PlaneWormFile, lines: [&[Line]; 2], turns: [f64; 2]) -> Option<Diagnostic> {
+    let plane = GeneratingPlane {
+        face_width: file.face_width,
+        tip_radius: 0.5 * file.tip_diameters[1],
+    };
+    let points = (lines.into_iter().flatten())
+        .flat_map(|line| line.iter().step_by(TRIED))
+        .map(|c| c.in_wheel);
+    let slight = SLIGHT * file.pair.centre_distance;
+    let cut = file.pair.interference(&plane, points, turns, slight)?;
+    Some(Diagnostic {
+        code: "interference",
+        message: format!(
+            "the worm cuts up to {:.1} µm into the tooth at a wheel radius of {:.3} mm and y = {:+.3} mm",
+            1e6 * cut.depth,
+            1e3 * f64::hypot(cut.in_wheel.x, cut.in_wheel.z),
+            1e3 * file.hand * cut.in_wheel.y
+        ),
+        hint: Some(
+            "take a smaller length of the worm, a larger plane_angle or a smaller face_width"
+                .into(),
+        ),
+    })
 }
 
 /// Places across the tooth.
@@ -300,7 +333,7 @@ pub fn plan(file: &PlaneWormFile) -> Vec<(&'static str, StageDecision)> {
             "flanks",
             runs("plane part and enveloped part of the wheel's tooth; both flanks are mirror images"),
         ),
-        ("limits", runs("curve between both parts, edge of regression of the worm")),
+        ("limits", runs("curve between both parts, edge of regression of the worm, interference at every turn")),
         (
             "contact",
             runs("first and second line of contact, angle to sliding, relative curvature; the transmission error of a conjugate pair is zero"),

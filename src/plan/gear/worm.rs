@@ -21,6 +21,10 @@ const ROWS: usize = 40;
 const LIMIT_POINTS: usize = 48;
 /// Steps of the profile shift in the search for a wheel without undercut.
 const SHIFT_STEP: f64 = 0.05;
+/// Every so many points of a line are tried for interference.
+const TRIED: usize = 8;
+/// Depth of interference that is not mentioned, in modules: below what a measuring machine shows.
+const SLIGHT: f64 = 1e-5;
 /// Largest profile shift tried.
 const LARGEST_SHIFT: f64 = 2.0;
 
@@ -45,6 +49,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     let second = second_limit(&pair, &zone);
     let contact_ratio = (turns[1] - turns[0]) / pitch;
     let cut_away = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
+    let cut_into = interference(file, &pair, &zone, &lines, turns);
     let interrupted = (contact_ratio < 1.0).then(|| Diagnostic {
         code: "contact-ratio",
         message: format!("the contact ratio is {contact_ratio:.4}: the contact is interrupted"),
@@ -76,6 +81,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         }
     }
     let row = |c: &WormContact| {
+        let again = pair.second_contact(c).filter(|again| zone.holds(again));
         [
             c.worm_turn.to_degrees(),
             1e3 * c.radius,
@@ -85,6 +91,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             c.lubrication_angle.to_degrees(),
             1e3 * c.sliding,
             1e-3 * c.relative_curvature.abs(),
+            again.map_or(f64::NAN, |c| c.worm_turn.to_degrees()),
         ]
     };
     let heads = [
@@ -96,6 +103,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         ("line to sliding", "deg"),
         ("sliding", "mm/rad"),
         ("relative curvature", "1/mm"),
+        ("second contact", "deg"),
     ];
     let contacts = lines.iter().flat_map(|line| &line.points).map(row);
     let mut tables = vec![table("contact", heads, contacts)];
@@ -126,7 +134,10 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         ))
         .collect(),
         plan: plan(file),
-        diagnostics: cut_away.into_iter().chain(interrupted).collect(),
+        diagnostics: (cut_away.into_iter())
+            .chain(cut_into)
+            .chain(interrupted)
+            .collect(),
         source: file.source.clone(),
     })
 }
@@ -207,6 +218,34 @@ fn second_limit(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
     let radii = (0..=LIMIT_POINTS).map(|k| from + (to - from) * k as f64 / LIMIT_POINTS as f64);
     let points = radii.filter_map(|radius| pair.contact(radius, pair.second_limit(radius)?));
     points.filter(|c| zone.reaches(c)).collect()
+}
+
+/// The deepest cut of the worm, at other turns, into the flank that it leaves.
+fn interference(
+    file: &WormFile,
+    pair: &WormPair,
+    zone: &WormZone,
+    lines: &[ContactLine],
+    turns: [f64; 2],
+) -> Option<Diagnostic> {
+    let module = file.thread.module;
+    let tried = lines
+        .iter()
+        .flat_map(|line| line.points.iter().step_by(TRIED));
+    let limits = [FRAC_PI_2 * module, SLIGHT * module];
+    let cut = zone.interference(pair, tried, turns, limits)?;
+    Some(Diagnostic {
+        code: "interference",
+        message: format!(
+            "the worm cuts up to {:.1} µm into the flank that it has made, at a wheel radius of {:.3} mm and y = {:+.3} mm",
+            1e6 * cut.depth,
+            1e3 * cut.contact.wheel_radius(),
+            1e3 * file.hand * cut.contact.in_wheel.y
+        ),
+        hint: Some(
+            "take a larger profile_shift, a larger pressure angle or a smaller face_width".into(),
+        ),
+    })
 }
 
 fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> Diagnostic {
@@ -301,7 +340,7 @@ pub fn plan(file: &WormFile) -> Vec<(&'static str, StageDecision)> {
             "flanks",
             runs("the wheel is the envelope of the worm; both flanks are mirror images"),
         ),
-        ("limits", runs("limits of the first and second kind on the wheel")),
+        ("limits", runs("limits of the first and second kind on the wheel, second contacts, interference at every turn of the worm")),
         (
             "contact",
             runs("lines of contact, angle to sliding, relative curvature; the transmission error of a conjugate pair is zero"),

@@ -1,0 +1,99 @@
+//! Flanks, tooth and top land of a bevel gear on its blank.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::gear::bevel::flank::BevelFlank;
+use crate::gear::bevel::flank_grid::FlankGrid;
+use crate::gear::bevel::structure_elements::StructureElements;
+use crate::gear::bevel::tooth::{BevelTooth, SIDES, TopLand};
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::bevel_file::{BevelFile, BevelMember};
+
+/// Rows along the height and columns along the face of a flank.
+pub const GRID: [usize; 2] = [9, 15];
+
+/// Flanks of a member.
+#[derive(Debug, Clone)]
+pub struct MemberResult {
+    /// Concave and convex flank, where the file describes them.
+    pub flanks: [Option<FlankResult>; 2],
+    /// The tooth, where both flanks and their thickness are known.
+    pub tooth: Option<BevelTooth>,
+    /// Thinnest top land of the tooth.
+    pub top_land: Option<TopLand>,
+}
+
+/// A flank on its blank.
+#[derive(Debug, Clone)]
+pub struct FlankResult {
+    /// The flank.
+    pub flank: BevelFlank,
+    /// Nodes over the blank.
+    pub grid: FlankGrid,
+    /// Structure elements at the mean point.
+    pub elements: Option<StructureElements>,
+    /// Principal curvatures at the mean point, 1/m.
+    pub curvatures: Option<[f64; 2]>,
+}
+
+/// The flanks and the tooth of a member.
+///
+/// # Errors
+/// A cutter that does not reach the middle of its tooth.
+pub(super) fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> {
+    let of = &file.members[k];
+    let flank = |side: usize| -> Result<Option<FlankResult>, Error> {
+        let Some(flank) = file.flank(k, side) else {
+            return Ok(None);
+        };
+        let [rows, columns] = GRID;
+        let Some(grid) = FlankGrid::of(&flank, rows, columns) else {
+            return Err(unreached(of, k, side));
+        };
+        let mean = flank
+            .middle()
+            .and_then(|near| flank.tooth_point(of.blank.mean_point(), near))
+            .map(|found| found.point);
+        let curvatures = mean.and_then(|p| p.second_order.envelope());
+        Ok(Some(FlankResult {
+            elements: mean.as_ref().and_then(StructureElements::of),
+            curvatures: curvatures.map(|w| w.principal().map(|(k, _)| k)),
+            grid,
+            flank,
+        }))
+    };
+    let flanks = [flank(0)?, flank(1)?];
+    let tooth = match (&flanks, of.lacks_tooth()) {
+        ([Some(a), Some(b)], None) => BevelTooth::new(
+            [a.flank.clone(), b.flank.clone()],
+            of.teeth,
+            of.blank.mean_point(),
+            of.thickness,
+        ),
+        _ => None,
+    };
+    Ok(MemberResult {
+        top_land: tooth.as_ref().and_then(BevelTooth::top_land),
+        tooth,
+        flanks,
+    })
+}
+
+/// The error of a tool that misses the tooth.
+pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
+    let message = format!(
+        "the tool of the {} flank of the {} does not reach the middle of its tooth",
+        SIDES[side], MEMBERS[member]
+    );
+    let hint = match of.straight {
+        Some(_) => {
+            "check the cones of the blank: a spherical involute ends at its base cone, sin δ_b = sin δ cos α"
+        }
+        None => {
+            "check radial_distance, cradle_angle, machine_root_angle and the hand: the mirror image of the other hand has the same settings"
+        }
+    };
+    Error::new(Code::OutOfRange, message)
+        .with_span(&of.span)
+        .with_hint(hint)
+}
