@@ -6,6 +6,8 @@ pub mod decision;
 
 pub mod gear_limits;
 
+pub mod gear;
+
 pub mod meshes;
 
 pub mod prepared_machine;
@@ -29,5 +31,3 @@ pub mod online;
 pub mod simulate;
 
 pub mod measure;
-
-pub mod gear;

@@ -1,5 +1,7 @@
 //! Machine prepared for a study: rigid joints eliminated, operating point found, linearised.
 
+use std::sync::Arc;
+
 use super::decision::StageDecision;
 use super::meshes::stage::MeshStage;
 use super::plausible;
@@ -13,12 +15,14 @@ use crate::machine::spin::spinning;
 use crate::modes::mode_subset;
 use crate::numeric::forest::Forest;
 use crate::response::system::OperatingModel;
-use crate::scene::model::{BranchDamping, Model};
+use crate::scene::model::{BranchDamping, GeneratorWork, Model};
 
 /// Machine assembled for analysis.
 pub struct PreparedMachine {
     /// Meshes that name gear files.
     pub meshes: MeshStage,
+    /// Work that the machine cuts, where it is a generator, with the title of the machine.
+    pub work: Option<(Arc<GeneratorWork>, String)>,
     /// Masses and branches.
     pub machine: Machine,
     /// Rigid joints, solved.
@@ -56,6 +60,7 @@ impl PreparedMachine {
         let forest = mode_subset::as_forest(&linear_model);
         let implausible = plausible::warnings(&model, &machine, &kinematics);
         Ok(PreparedMachine {
+            work: (model.work.clone()).map(|work| (work, model.title.clone())),
             meshes,
             implausible,
             machine,

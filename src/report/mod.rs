@@ -80,6 +80,8 @@ pub mod order_cuts;
 
 pub mod te_lines;
 
+pub mod work;
+
 pub mod encoder_te_table;
 
 pub mod encoder_te_plot;

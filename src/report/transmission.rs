@@ -9,7 +9,7 @@ use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_blank};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use super::transmission_plots::draw_all;
-use super::transmission_table;
+use super::{transmission_table, work};
 use crate::base::error::Error;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
@@ -46,7 +46,9 @@ impl Presentation for TransmissionReport<'_> {
     }
 
     fn text(&self) -> String {
-        transmission_table::text(&self.machine.machine, &self.result, self.all)
+        let works = self.result.works.iter().map(|w| work::text(w, self.all));
+        let table = transmission_table::text(&self.machine.machine, &self.result, self.all);
+        table + &works.collect::<String>()
     }
 
     fn table(&self) -> Table<'_> {
@@ -158,6 +160,7 @@ fn body(machine: &Machine, result: &TransmissionResult) -> Value {
             "largest": map.largest.iter().map(|l| unit.object(&[("amplitude", Some(l.1))], json!({ "speed_rad_s": l.0 }))).collect::<Vec<_>>(),
             (format!("amplitude_{}", unit.key)): map.amplitudes.iter().map(|row| row.iter().map(|a| a * unit.times).collect()).collect::<Vec<Vec<f64>>>(),
         })),
+        "works": result.works.iter().map(|w| work::json(w)).collect::<Vec<_>>(),
         "record": result.record.as_ref().map(|made| recorded(made, unit)),
     });
     unit.object(&sums, others)

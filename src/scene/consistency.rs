@@ -201,6 +201,7 @@ fn fixed_members(stage: &Planetary) -> impl Iterator<Item = String> + '_ {
 /// Notes what contradicts gear files, which determine a stiffness as soon as a torque is known.
 fn check_gear_files(model: &Model, errors: &mut ErrorCollector) {
     for (name, mesh, contact) in model.gear_meshes() {
+        let mesh = mesh.file();
         let file = &mesh.source.path;
         let torque = match (mesh.torque, model.loads.is_empty()) {
             (Some(_), _) => Some(format!("{file} states a torque")),

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::initial_conditions::{self, InitialConditions};
-use super::model::{Brake, DeclaredError, Load, Model, Motor};
+use super::model::{Brake, DeclaredError, GeneratorWork, Load, Model, Motor};
 use super::study::Study;
 use super::{
-    bodies, consistency, declared_errors, gears, loads_and_motors, overrides, planetary, screws,
-    shafts, study, supports,
+    bodies, consistency, declared_errors, gears, generator_work, loads_and_motors, overrides,
+    planetary, screws, shafts, study, supports,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -139,6 +139,7 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
         motors: read_tables(&mut f, "motor", loads_and_motors::motor),
         brakes: brakes(&mut f),
         errors: read_tables(&mut f, "error", declared_errors::read_declared_error),
+        work: read_table(&mut f, "work", generator_work::read).flatten(),
         without_model_loads: f.choice("model_loads", &[("kept", false), ("left out", true)])
             == Some(true),
     };
@@ -232,6 +233,7 @@ struct SceneAdditions {
     motors: Vec<Motor>,
     brakes: Vec<Brake>,
     errors: Vec<DeclaredError>,
+    work: Option<Arc<GeneratorWork>>,
     /// The model's own loads are left out.
     without_model_loads: bool,
 }
@@ -269,6 +271,7 @@ fn read_model(file: &Document, added: SceneAdditions, notes: &mut ErrorCollector
         errors: read_tables(&mut f, "error", declared_errors::read_declared_error),
         damping: read_table(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: read_table(&mut f, "speed", supports::speeds).unwrap_or_default(),
+        work: read_table(&mut f, "work", generator_work::read).flatten(),
     };
     if added.without_model_loads {
         model.loads.clear();
@@ -277,6 +280,7 @@ fn read_model(file: &Document, added: SceneAdditions, notes: &mut ErrorCollector
     model.motors.extend(added.motors);
     model.brakes.extend(added.brakes);
     model.errors.extend(added.errors);
+    model.work = added.work.or(model.work);
     let empty = !["inertia", "chain", "planetary"]
         .iter()
         .any(|key| f.has(key));

@@ -11,15 +11,26 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::load::mesh::MeshOptions;
 
-/// A pair of cylindrical gears as a mesh of a model takes it from its gear file.
-#[derive(Debug)]
-pub struct GearMesh {
+/// A gear file that a mesh of a model names.
+#[derive(Debug, Clone)]
+pub struct MeshFile {
     /// The file.
     pub source: Arc<SourceFile>,
     /// Place of `pair` in the file.
     pub place: SourceSpan,
     /// Place of the file's name in the model.
     pub span: SourceSpan,
+    /// Torque of `[mesh]` where it is one, N·m at the pinion.
+    pub torque: Option<f64>,
+    /// Key of the model that states a stiffness next to the file, and its place.
+    pub stated_stiffness: Option<(String, SourceSpan)>,
+}
+
+/// A pair of cylindrical gears as a mesh of a model takes it from its gear file.
+#[derive(Debug)]
+pub struct GearMesh {
+    /// The file.
+    pub file: MeshFile,
     /// Gears in mesh.
     pub pair: Pair,
     /// Hand of the pinion.
@@ -28,10 +39,6 @@ pub struct GearMesh {
     pub backlash: f64,
     /// Stiffness, modifications and discretisation of the loaded mesh.
     pub options: MeshOptions,
-    /// Torque of `[mesh]` where it is one, N·m at the pinion.
-    pub torque: Option<f64>,
-    /// Key of the model that states a stiffness next to the file, and its place.
-    pub stated_stiffness: Option<(String, SourceSpan)>,
 }
 
 impl GearMesh {

@@ -8,7 +8,8 @@ use super::friction;
 use super::gear_mesh::GearMesh;
 use super::laws::{ToothFriction, Waveform};
 use super::model::{Belt, ContactParameters, GearPair, MeshFlanks, WormPair};
-use super::named_gear_file::{self, PairMesh};
+use super::named_gear_file;
+use super::pair_mesh::PairMesh;
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_COUNT, PRESSURE_ANGLE_RANGE,
 };
@@ -44,6 +45,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let name = shared_keys::name(f);
     let between = shared_keys::read_body_pair(f);
     let gear = named_gear_file::read_pair(f);
+    let cut_on = named_gear_file::read_generator(f, gear.as_ref());
     let teeth = teeth(f);
     let internal = f.flag("internal");
     if internal && teeth[1] <= teeth[0] && teeth != [1, 1] {
@@ -67,7 +69,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let (cone_angles, spiral_angles) = match &gear {
         None => (cone_angles, stated),
         Some(PairMesh::Cylindrical(gear)) => (cone_angles, [gear.helix_angle(); 2]),
-        Some(PairMesh::Bevel(gear)) => (gear.cone_angles, gear.spiral_angles),
+        Some(PairMesh::Bevel(gear)) => (gear.cone_angles(), gear.spiral_angles),
     };
     if internal && cone_angles != [0.0; 2] {
         let message = "an internal pair has parallel axes";
@@ -83,7 +85,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let pair = GearPair {
         friction,
         gear: None,
-        bevel: None,
+        cut_on,
         name,
         between,
         teeth,
@@ -107,7 +109,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
 fn of_bevel_file(pair: GearPair, gear: Arc<BevelMesh>) -> GearPair {
     let te = Waveform::Table(gear.te.clone());
     GearPair {
-        teeth: gear.teeth,
+        teeth: gear.teeth(),
         module: Some(gear.module),
         pressure_angle: gear.pressure_angle,
         hand: gear.hand,
@@ -116,12 +118,12 @@ fn of_bevel_file(pair: GearPair, gear: Arc<BevelMesh>) -> GearPair {
                 unloaded_te: te.clone(),
                 averaged_te: te,
                 phase: 0.0,
-                is_coast: gear.is_coast,
+                is_coast: gear.is_coast(),
                 pairs: None,
             }),
             ..pair.contact
         },
-        bevel: Some(gear),
+        gear: Some(PairMesh::Bevel(gear)),
         ..pair
     }
 }
@@ -147,7 +149,7 @@ fn of_gear_file(pair: GearPair, gear: Arc<GearMesh>, placed: bool) -> GearPair {
             path: friction.path.map(|_| gear.path_phase()),
             ..friction
         }),
-        gear: Some(gear),
+        gear: Some(PairMesh::Cylindrical(gear)),
         ..pair
     }
 }

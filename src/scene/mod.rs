@@ -22,6 +22,8 @@ pub mod bevel_file;
 
 pub mod bevel_mesh;
 
+pub mod pair_mesh;
+
 pub mod model;
 
 mod waveforms;
@@ -29,6 +31,8 @@ mod waveforms;
 mod characteristic;
 
 mod shared_keys;
+
+pub mod generator_work;
 
 pub mod materials;
 

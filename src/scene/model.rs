@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use super::bevel_mesh::BevelMesh;
+use super::bevel_file::BevelFile;
 use super::gear_mesh::GearMesh;
 pub use super::laws::Hand;
 use super::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, ToothFriction, Waveform,
 };
+use super::pair_mesh::PairMesh;
 use crate::base::source_span::{SourceFile, SourceSpan};
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
@@ -53,15 +54,18 @@ pub struct Model {
     pub damping: GlobalDamping,
     /// Mean speeds of named nodes, the first being the one `--speed` refers to.
     pub speeds: Vec<MeanSpeed>,
+    /// Work that the machine cuts, where it is a generator.
+    pub work: Option<Arc<GeneratorWork>>,
 }
 
 impl Model {
     /// Meshes that name a gear file, with the names of their elements and their contacts.
-    pub fn gear_meshes(&self) -> Vec<(&Name, &Arc<GearMesh>, &ContactParameters)> {
+    pub fn gear_meshes(&self) -> Vec<(&Name, PairMesh, &ContactParameters)> {
         let pairs = self.gear_pairs.iter();
-        let pairs = pairs.filter_map(|p| Some((&p.name, p.gear.as_ref()?, &p.contact)));
+        let pairs = pairs.filter_map(|p| Some((&p.name, p.gear.clone()?, &p.contact)));
         let stages = self.planetaries.iter().filter_map(|stage| {
-            let [sun, ring] = stage.gears.as_ref()?;
+            let [sun, ring] =
+                (stage.gears.as_ref()?.each_ref()).map(|g| PairMesh::Cylindrical(g.clone()));
             Some([
                 (&stage.name, sun, &stage.sun_contact),
                 (&stage.name, ring, &stage.ring_contact),
@@ -70,18 +74,18 @@ impl Model {
         pairs.chain(stages.flatten()).collect()
     }
 
-    /// The gear files, each once.
+    /// The gear files, and the generators that cut them, each once.
     pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
         let mut all: Vec<Arc<SourceFile>> = Vec::new();
-        let meshes = self
-            .gear_meshes()
-            .into_iter()
-            .map(|(_, mesh, _)| &mesh.source);
-        let bevels = self
-            .gear_pairs
-            .iter()
-            .filter_map(|p| Some(&p.bevel.as_ref()?.source));
-        for source in meshes.chain(bevels) {
+        for (_, mesh, _) in self.gear_meshes() {
+            let source = &mesh.file().source;
+            if !all.contains(source) {
+                all.push(source.clone());
+            }
+        }
+        let generators = self.gear_pairs.iter().filter_map(|p| p.cut_on.as_ref());
+        let work = self.work.iter().map(|work| &work.bevel.source);
+        for source in generators.map(|cut| &cut.source).chain(work) {
             if !all.contains(source) {
                 all.push(source.clone());
             }
@@ -281,6 +285,30 @@ pub struct StiffnessVariation {
     pub phase: f64,
 }
 
+/// Work of a generator.
+#[derive(Debug)]
+pub struct GeneratorWork {
+    /// The pair of which it cuts a member.
+    pub bevel: BevelFile,
+    /// The member that is cut: 0 pinion, 1 gear.
+    pub member: usize,
+    /// Node of the cradle.
+    pub cradle: Name,
+    /// Node of the work.
+    pub work: Name,
+    /// Place of the file's name.
+    pub span: SourceSpan,
+}
+
+/// The model or scene of a generator that a pair names.
+#[derive(Debug, Clone)]
+pub struct CutOn {
+    /// The file.
+    pub source: Arc<SourceFile>,
+    /// Place of its name.
+    pub span: SourceSpan,
+}
+
 /// A pair of spur, helical, bevel or hypoid gears; all are one direction in space.
 #[derive(Debug, Clone)]
 pub struct GearPair {
@@ -308,10 +336,10 @@ pub struct GearPair {
     pub contact: ContactParameters,
     /// Dry friction along the teeth.
     pub friction: Option<ToothFriction>,
-    /// The gear file of cylindrical gears that the pair follows.
-    pub gear: Option<Arc<GearMesh>>,
-    /// The gear file of bevel gears that the pair follows.
-    pub bevel: Option<Arc<BevelMesh>>,
+    /// The gear file that the pair follows.
+    pub gear: Option<PairMesh>,
+    /// The generator on which a member of the pair is cut.
+    pub cut_on: Option<CutOn>,
 }
 
 /// A worm and its wheel on crossed axes at right angles.

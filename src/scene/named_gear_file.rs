@@ -3,9 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::bevel_file;
 use super::bevel_mesh::BevelMesh;
 use super::gear_file::{self, GearFile, PairKind};
-use super::gear_mesh::GearMesh;
+use super::gear_mesh::{GearMesh, MeshFile};
+use super::model::CutOn;
+use super::pair_mesh::PairMesh;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::flags::Flags;
@@ -62,15 +65,6 @@ pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
 /// Keys of a stiffness, which a gear file determines where a torque is known.
 const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 
-/// The mesh of a pair by its gear file.
-#[derive(Debug, Clone)]
-pub enum PairMesh {
-    /// Gears on parallel axes.
-    Cylindrical(Arc<GearMesh>),
-    /// Bevel and hypoid gears.
-    Bevel(Arc<BevelMesh>),
-}
-
 /// The gear file of a pair under `gear`; keys of the table that it determines are errors.
 pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
     let named = NamedFile::read(f, "gear")?;
@@ -79,8 +73,29 @@ pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
         return Some(PairMesh::Cylindrical(mesh));
     }
     named.refuse_determined(f, DETERMINED_OF_BEVEL);
-    let made = BevelMesh::read(&named.source).map_err(|e| e.as_slice().to_vec());
+    let stated = stated_stiffness(f, "");
+    let made = bevel_file::read(&named.source, &Flags::default())
+        .map_err(|errors| errors.as_slice().to_vec())
+        .and_then(|bevel| {
+            let file = named.mesh_file(&bevel.span, &bevel.mesh.torques, stated);
+            BevelMesh::new(file, bevel).map_err(|e| vec![e])
+        });
     Some(PairMesh::Bevel(named.collect(f, made)?))
+}
+
+/// The generator under `cut_on`, which cuts a member of a bevel pair.
+pub fn read_generator(f: &mut TableReader, gear: Option<&PairMesh>) -> Option<CutOn> {
+    let named = NamedFile::read(f, "cut_on")?;
+    if !matches!(gear, Some(PairMesh::Bevel(_))) {
+        let message = "`cut_on` is of bevel gears that follow a gear file";
+        let hint =
+            "give `gear`, the file that [work] of the generator names, or leave `cut_on` out";
+        f.report_key(Code::Conflict, "cut_on", message, hint);
+    }
+    Some(CutOn {
+        source: named.source,
+        span: named.span,
+    })
 }
 
 /// The gear file of cylindrical gears under `gear` with a suffix, such as `gear_sun`; keys of the table that it determines are errors.
@@ -100,15 +115,22 @@ fn cylindrical(
     determined: &[(&str, [&str; 2])],
 ) -> Option<Arc<GearMesh>> {
     named.refuse_determined(f, determined);
-    let stated = STIFFNESS_KEYS
-        .map(|base| format!("{base}{suffix}"))
-        .into_iter()
-        .find(|key| f.has(key));
-    let stated_stiffness = stated.map(|key| (key.clone(), f.span_of(&key).clone()));
+    let stated = stated_stiffness(f, suffix);
     let made = gear_file::read(&named.source, &Flags::default())
         .map_err(|errors| errors.as_slice().to_vec())
-        .and_then(|file| mesh_of(file, &named.span, stated_stiffness).map_err(|e| vec![e]));
+        .and_then(|file| {
+            let of = named.mesh_file(&file.span, &file.mesh.torques, stated);
+            mesh_of(of, &file).map_err(|e| vec![e])
+        });
     named.collect(f, made)
+}
+
+/// The key that states a stiffness next to a gear file, and its place.
+fn stated_stiffness(f: &TableReader, suffix: &str) -> Option<(String, SourceSpan)> {
+    let keys = STIFFNESS_KEYS.map(|base| format!("{base}{suffix}"));
+    let key = keys.into_iter().find(|key| f.has(key))?;
+    let span = f.span_of(&key).clone();
+    Some((key, span))
 }
 
 /// A gear file that a key of a model names.
@@ -139,6 +161,25 @@ impl NamedFile {
                 );
                 None
             }
+        }
+    }
+
+    /// The file as a mesh names it, with the place of `pair` in it and its torques.
+    fn mesh_file(
+        &self,
+        place: &SourceSpan,
+        torques: &[f64],
+        stated_stiffness: Option<(String, SourceSpan)>,
+    ) -> MeshFile {
+        MeshFile {
+            source: self.source.clone(),
+            place: place.clone(),
+            span: self.span.clone(),
+            torque: match *torques {
+                [torque] => Some(torque),
+                _ => None,
+            },
+            stated_stiffness,
         }
     }
 
@@ -197,11 +238,7 @@ fn place_of(source: &Arc<SourceFile>, [table, key]: [&str; 2]) -> SourceSpan {
 ///
 /// # Errors
 /// Gears that cannot mesh, teeth that overlap.
-fn mesh_of(
-    file: GearFile,
-    span: &SourceSpan,
-    stated_stiffness: Option<(String, SourceSpan)>,
-) -> Result<GearMesh, Error> {
+fn mesh_of(of: MeshFile, file: &GearFile) -> Result<GearMesh, Error> {
     let pair = file.pair()?;
     let [low, high] = file.centre_deviation;
     let deviations = pair.members.map(|m| m.mean_thickness_deviation());
@@ -228,15 +265,8 @@ fn mesh_of(
             backlash
         },
         options: file.mesh_options(&pair),
-        torque: match file.mesh.torques[..] {
-            [torque] => Some(torque),
-            _ => None,
-        },
         pair,
         hand: file.hand,
-        span: span.clone(),
-        stated_stiffness,
-        place: file.span,
-        source: file.source,
+        file: of,
     })
 }

@@ -79,13 +79,13 @@ fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
     f.requires("gear_ring", "gear_sun");
     let (sun, ring) = (sun?, ring?);
     if sun.is_internal() {
-        let message = format!("{} has an internal gear", sun.source.path);
+        let message = format!("{} has an internal gear", sun.file.source.path);
         let hint = "`gear_sun` takes sun and planet, `gear_ring` planet and ring";
         f.report_key(Code::Conflict, "gear_sun", message, hint);
         return None;
     }
     if let Err(error) = planet_phase(&sun.pair, &ring.pair) {
-        let [one, other] = [&sun, &ring].map(|mesh| &mesh.source.path);
+        let [one, other] = [&sun, &ring].map(|mesh| &mesh.file.source.path);
         let message = format!("{one} and {other}: {}", error.message);
         let hint = "`gear_sun` takes sun and planet, `gear_ring` the same planet and the ring with internal = true; state the planet's tip_diameter in both";
         f.report_key(error.code, "gear_ring", message, hint);
@@ -96,9 +96,9 @@ fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
         let message = format!(
             "the centre distances differ: {:.6} mm in {}, {:.6} mm in {}",
             1e3 * a,
-            sun.source.path,
+            sun.file.source.path,
             1e3 * b,
-            ring.source.path
+            ring.file.source.path
         );
         let hint = "give both files the radius of the planets' centres as centre_distance";
         f.report_key(Code::Conflict, "gear_ring", message, hint);

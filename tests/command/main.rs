@@ -30,6 +30,7 @@ mod measure_command;
 mod measured_logs;
 mod measured_shapes;
 mod motion_commands;
+mod motor_to_noise;
 mod on_the_fly;
 mod output_files;
 mod pages;

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bevel_meshes;
 mod campbell;
 mod characteristics;
 mod clutch;
@@ -13,6 +14,7 @@ mod extremes;
 mod floquet;
 mod friction;
 mod gear_meshes;
+mod generator_work;
 mod graded_machines;
 mod laws_of_motion;
 mod library;

@@ -25,3 +25,5 @@ pub mod angle_errors;
 pub mod blade_passes;
 
 pub mod cut_surface;
+
+pub mod roll_errors;

@@ -68,12 +68,15 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         }
         _ => None,
     };
+    let torques = &file.mesh.torques;
     let mesh = match &contact {
-        Some(contact) => {
+        Some(BevelContact { pair, path, .. }) if !torques.is_empty() => {
             let teeth = members.each_ref().map(|m| m.tooth.as_ref());
-            bevel_mesh::mesh(file, teeth, contact, &mut diagnostics)?
+            let flanks = (pair, path);
+            let mesh = bevel_mesh::mesh(file, teeth, flanks, torques, true, &mut diagnostics)?;
+            Some(mesh)
         }
-        None => None,
+        _ => None,
     };
     Ok(BevelResult {
         mesh,

@@ -63,20 +63,22 @@ pub(super) fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> 
         }))
     };
     let flanks = [flank(0)?, flank(1)?];
-    let tooth = match (&flanks, of.lacks_tooth()) {
-        ([Some(a), Some(b)], None) => BevelTooth::new(
-            [a.flank.clone(), b.flank.clone()],
-            of.teeth,
-            of.blank.mean_point(),
-            of.thickness,
-        ),
-        _ => None,
-    };
+    let tooth = tooth(file, k);
     Ok(MemberResult {
         top_land: tooth.as_ref().and_then(BevelTooth::top_land),
         tooth,
         flanks,
     })
+}
+
+/// The tooth of a member; none where its flanks do not make one.
+pub fn tooth(file: &BevelFile, k: usize) -> Option<BevelTooth> {
+    let of = &file.members[k];
+    if of.lacks_tooth().is_some() {
+        return None;
+    }
+    let flanks = [file.flank(k, 0)?, file.flank(k, 1)?];
+    BevelTooth::new(flanks, of.teeth, of.blank.mean_point(), of.thickness)
 }
 
 /// The error of a tool that misses the tooth.

@@ -1,12 +1,14 @@
 //! Bevel pair under load: loaded transmission error, stiffness, shares, pressure over one pitch for every torque.
 
-use super::bevel_contact::BevelContact;
 use super::bevel_stability::{StabilityCase, stability};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::base::text::pluralise;
 use crate::gear::bevel::tooth::BevelTooth;
+use crate::gear::contact::contact_path::ContactPath;
+use crate::gear::contact::pair::FlankPair;
+use crate::gear::contact::reference::ContactForces;
 use crate::gear::load::bevel_teeth::BevelTeeth;
 use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, LEAST_ASPECT, ToothBending};
 use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult, StripChange};
@@ -41,19 +43,18 @@ pub struct BevelMeshResult {
     pub stability: Vec<StabilityCase>,
 }
 
-/// The mesh of a contact at the torques of the file; none where the file has no torque.
+/// The mesh of a contact at torques of the pinion, N·m, on request with the file's studies: changes of strips, stability.
 ///
 /// # Errors
 /// A load that the teeth cannot carry; as `FlankMesh::map`.
 pub fn mesh(
     file: &BevelFile,
     teeth: [Option<&BevelTooth>; 2],
-    contact: &BevelContact,
+    (pair, path): (&FlankPair, &ContactPath),
+    torques: &[f64],
+    with_studies: bool,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Option<BevelMeshResult>, Error> {
-    if file.mesh.torques.is_empty() {
-        return Ok(None);
-    }
+) -> Result<BevelMeshResult, Error> {
     let options = FlankMeshOptions {
         positions: file.mesh.positions,
         stations: file.mesh.stations,
@@ -64,25 +65,26 @@ pub fn mesh(
         diagnostics.push(rigid_teeth(file));
     }
     let bending = teeth.as_ref().map(|teeth| teeth as &dyn ToothBending);
-    let mesh = FlankMesh::new(&contact.pair, &contact.path, options, bending);
-    let result = mesh
-        .map(&file.mesh.torques)
-        .map_err(|e| e.with_span(&file.span))?;
-    let lever = contact.forces.levers[1];
+    let mesh = FlankMesh::new(pair, path, options, bending);
+    let result = mesh.map(torques).map_err(|e| e.with_span(&file.span))?;
+    let lever = ContactForces::of(pair, &path.reference).levers[1];
     check_deflection(file, &result, lever)?;
     diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
-    let largest = file.mesh.torques.iter().copied().fold(0.0, f64::max);
-    let changes = file.mesh.changes.then(|| mesh.changes(largest));
     let located = |e: Error| e.with_span(&file.span);
-    let stability = stability(file, &contact.pair, options, bending).map_err(located)?;
-    Ok(Some(BevelMeshResult {
+    let largest = torques.iter().copied().fold(0.0, f64::max);
+    let changes = (with_studies && file.mesh.changes).then(|| mesh.changes(largest));
+    let stability = match with_studies {
+        true => stability(file, pair, options, bending).map_err(located)?,
+        false => Vec::new(),
+    };
+    Ok(BevelMeshResult {
         mesh: result,
         lever,
         body: body(teeth.is_some()),
         left_out: left_out(teeth.is_some()),
         changes: changes.transpose().map_err(located)?,
         stability,
-    }))
+    })
 }
 
 /// The stage of the plan.

@@ -86,3 +86,6 @@ pub mod cut_contact;
 
 /// A pair as discrete blades cut it.
 pub mod cut;
+
+/// A pair that carries the errors of its generator's roll.
+pub mod cut_pair;

@@ -22,7 +22,7 @@ use crate::gear::plane::rack_flank::rack_flank;
 use crate::gear::plane::rolling::{Centrode, Rolling};
 use crate::gear::plane::second_contact::{SecondContact, second_contacts};
 use crate::numeric::Complex;
-use crate::plan::stages::StageDecision;
+use crate::plan::decision::StageDecision;
 use crate::scene::non_circular_file::{
     ConjugateRoute, GearProfile, MAX_CUT_TEETH, NonCircularFile, PinionProfile,
 };

@@ -4,7 +4,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::gear::cylindrical::reverse::readings::GearReadings;
 use crate::gear::cylindrical::reverse::reversal::Reversal;
-use crate::plan::stages::StageDecision;
+use crate::plan::decision::StageDecision;
 use crate::scene::gear_readings::GearReadingsFile;
 
 /// Candidates for a gear with the stages that found them.

@@ -19,8 +19,8 @@ use crate::gear::load::material::Material;
 use crate::gear::load::mesh::{LoadedMesh, check_modifications};
 use crate::gear::load::mesh_result::MeshResult;
 use crate::gear::load::relief::{LeastRelief, least_peak_to_peak};
+use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits as limits;
-use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
 
 /// Results of a gear file.

@@ -35,8 +35,40 @@ pub struct MeshCurves {
     pub flanks: MeshFlanks,
     /// Peak-to-peak transmission error along the branch, m.
     pub peak_to_peak: f64,
+    /// Errors of straight lines between the positions.
+    pub interpolation: InterpolationError,
     /// Warnings on the ranges of the stiffness.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// Bounds of what straight lines between the positions miss, by those between every second position: for curves that are smooth or have
+/// one corner between two positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterpolationError {
+    /// Positions in a pitch.
+    pub positions: usize,
+    /// Bound for the transmission error under load, m.
+    pub te: f64,
+    /// Bound for the secant stiffness, as a share of its mean.
+    pub stiffness: f64,
+}
+
+impl InterpolationError {
+    /// Bounds of tables over one mesh cycle.
+    pub(super) fn of(te: &[f64], stiffness: &[f64]) -> InterpolationError {
+        InterpolationError {
+            positions: te.len(),
+            te: off_the_chord(te),
+            stiffness: off_the_chord(stiffness) / mean(stiffness),
+        }
+    }
+}
+
+/// Largest distance of a value from the middle of its neighbours, of a periodic table.
+fn off_the_chord(values: &[f64]) -> f64 {
+    let n = values.len();
+    let off = |i: usize| values[i] - 0.5 * (values[(i + n - 1) % n] + values[(i + 1) % n]);
+    (0..n).fold(0.0, |most: f64, i| most.max(off(i).abs()))
 }
 
 impl MeshCurves {
@@ -77,16 +109,17 @@ impl MeshCurves {
                 pairs,
             },
             peak_to_peak: along * cycle.peak_to_peak(),
+            interpolation: InterpolationError::of(&scaled(&cycle.te, along), &cycle.secant),
             warnings: result.warnings,
         })
     }
 }
 
 /// Sense and phase of a flank's cycle in the cycle of its branch.
-struct FlankCycle {
-    is_forward: bool,
+pub(super) struct FlankCycle {
+    pub is_forward: bool,
     /// rad of the cycle of the branch.
-    phase: f64,
+    pub phase: f64,
 }
 
 impl MeshSeat {
@@ -106,7 +139,7 @@ impl MeshSeat {
 
 impl FlankCycle {
     /// A table over the flank's own cycle, or several, as one over that of the branch.
-    fn table(&self, values: Vec<f64>) -> Waveform {
+    pub fn table(&self, values: Vec<f64>) -> Waveform {
         let n = values.len();
         Waveform::Table(match self.is_forward {
             true => values,
@@ -176,10 +209,10 @@ fn folded(curve: &PairCurve, per_pitch: usize, pitches: usize) -> (Vec<f64>, Vec
     (stiffness, gap)
 }
 
-fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+pub(super) fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|v| factor * v).collect()
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

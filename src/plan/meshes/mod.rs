@@ -2,6 +2,10 @@
 
 pub mod curves;
 
+mod bevel_curves;
+
 mod torques;
+
+pub mod work;
 
 pub mod stage;

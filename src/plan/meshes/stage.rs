@@ -5,8 +5,10 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::curves::{MeshCurves, MeshSeat};
+use super::bevel_curves;
+use super::curves::{InterpolationError, MeshCurves, MeshSeat};
 use super::torques::{mean_force, static_forces};
+use super::work::WorkResult;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
@@ -14,8 +16,9 @@ use crate::gear::cylindrical::warnings::Warning;
 use crate::gear::load::planet_phase::planet_phase;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits;
-use crate::scene::gear_mesh::GearMesh;
-use crate::scene::model::{BranchEnd, ContactParameters, GearPair, Model, Name};
+use crate::scene::bevel_mesh::BevelMesh;
+use crate::scene::model::{BranchEnd, ContactParameters, Model, Name};
+use crate::scene::pair_mesh::PairMesh;
 
 /// Decision and diagnostics of the stage.
 #[derive(Debug, Clone)]
@@ -26,6 +29,8 @@ pub struct MeshStage {
     pub is_named: bool,
     /// Warnings of the pairs, and on the ranges of stiffnesses.
     pub diagnostics: Vec<Diagnostic>,
+    /// Pairs that a generator cuts, with the errors of its chain.
+    pub works: Vec<Arc<WorkResult>>,
     /// Curves of the meshes that carry.
     curves: Vec<(MeshPlace, Arc<MeshCurves>)>,
 }
@@ -61,7 +66,7 @@ impl MeshPlace {
 /// A mesh that names a gear file.
 struct NamedMesh {
     name: Name,
-    mesh: Arc<GearMesh>,
+    mesh: PairMesh,
     place: MeshPlace,
     seat: MeshSeat,
 }
@@ -72,16 +77,14 @@ impl MeshStage {
     /// # Errors
     /// A mesh under no torque whose file states none; a load that the teeth cannot carry; those of the operating point.
     pub fn new(model: &Model) -> Result<MeshStage, Error> {
-        let named = named_meshes(model)?;
-        let bevels = bevel_rows(model);
+        let mut named = named_meshes(model)?;
+        let cuts = cut_meshes(model, &mut named)?;
         match named.is_empty() {
-            false => solve(model, &named, bevels),
+            false => solve(model, &named, cuts),
             true => Ok(MeshStage {
-                decision: match bevels.is_empty() {
-                    true => StageDecision::LeftOut("no mesh names a gear file".into()),
-                    false => StageDecision::Runs(bevels.join("; ")),
-                },
-                is_named: !bevels.is_empty(),
+                decision: StageDecision::LeftOut("no mesh names a gear file".into()),
+                is_named: false,
+                works: Vec::new(),
                 diagnostics: Vec::new(),
                 curves: Vec::new(),
             }),
@@ -98,13 +101,61 @@ impl MeshStage {
     }
 }
 
+/// A mesh one flank of which a generator cuts.
+struct CutMesh {
+    /// Place among the named meshes.
+    at: usize,
+    /// The mesh as designed.
+    ideal: Arc<BevelMesh>,
+    work: WorkResult,
+}
+
+/// Puts the flanks that generators cut in the place of the ideal ones.
+fn cut_meshes(model: &Model, named: &mut [NamedMesh]) -> Result<Vec<CutMesh>, Error> {
+    let mut cuts = Vec::new();
+    for (number, one) in named.iter_mut().enumerate() {
+        let MeshPlace::Pair(at) = one.place else {
+            continue;
+        };
+        let (Some(cut_on), PairMesh::Bevel(mesh)) = (&model.gear_pairs[at].cut_on, &one.mesh)
+        else {
+            continue;
+        };
+        if mesh.file.torque.is_none() && model.loads.is_empty() {
+            let message = format!(
+                "`{}` is cut on {}, and no torque loads it",
+                one.name.text, cut_on.source.path
+            );
+            return Err(Error::new(Code::MissingKey, message)
+                .with_span(&cut_on.span)
+                .with_hint("add a [[load]], or `torque` in [mesh] of the gear file"));
+        }
+        let work = WorkResult::on(cut_on, &mesh.file.source.text)?;
+        let mut flanks = mesh.pair.flanks.clone();
+        flanks[work.pair.member] = work.pair.flank.clone();
+        let cut = BevelMesh::of_flanks(mesh.file.clone(), mesh.bevel.clone(), flanks)?;
+        // The branch of the machine has the directions of the pair as designed.
+        let cut = PairMesh::Bevel(Arc::new(BevelMesh {
+            levers: mesh.levers,
+            ..cut
+        }));
+        cuts.push(CutMesh {
+            at: number,
+            ideal: mesh.clone(),
+            work,
+        });
+        one.mesh = cut;
+    }
+    Ok(cuts)
+}
+
 /// Each mesh at its torque, in turn with the forces until the torques stay.
-fn solve(model: &Model, named: &[NamedMesh], bevels: Vec<String>) -> Result<MeshStage, Error> {
+fn solve(model: &Model, named: &[NamedMesh], cuts: Vec<CutMesh>) -> Result<MeshStage, Error> {
     let mut filled = model.clone();
     if !model.loads.is_empty() {
         for one in named {
-            let [first, second] = one.mesh.pair.members.map(|m| m.face_width);
-            contact(&mut filled, one.place).stiffness = Some(FIRST_STIFFNESS * first.min(second));
+            let stiffness = FIRST_STIFFNESS * one.mesh.face_width();
+            contact(&mut filled, one.place).stiffness = Some(stiffness);
         }
     }
     // Each mesh of one file, seat and torque is computed once.
@@ -132,7 +183,15 @@ fn solve(model: &Model, named: &[NamedMesh], bevels: Vec<String>) -> Result<Mesh
             }
         }
         if settled {
-            return Ok(describe(named, &carried, &computed, bevels));
+            let works = cuts.into_iter().map(|cut| {
+                let carried = carried[cut.at].map(|number| &computed[number]);
+                let load = carried.map(|c| (c.torque, c.curves.peak_to_peak));
+                cut.work.under_load(&cut.ideal, load).map(Arc::new)
+            });
+            return Ok(MeshStage {
+                works: works.collect::<Result<_, Error>>()?,
+                ..describe(named, &carried, &computed)
+            });
         }
     }
     let message = "the torques of the meshes do not settle with their stiffnesses";
@@ -143,7 +202,7 @@ fn solve(model: &Model, named: &[NamedMesh], bevels: Vec<String>) -> Result<Mesh
 
 /// The curves of a mesh at a torque.
 struct ComputedMesh {
-    mesh: Arc<GearMesh>,
+    mesh: PairMesh,
     seat: MeshSeat,
     /// N·m at the pinion, below zero on the coast flanks.
     torque: f64,
@@ -153,10 +212,15 @@ struct ComputedMesh {
 impl ComputedMesh {
     fn new(one: &NamedMesh, torque: f64) -> Result<ComputedMesh, Error> {
         let (mesh, seat) = (one.mesh.clone(), one.seat);
-        let curves = MeshCurves::new(&mesh, torque.abs(), torque < 0.0, seat).map_err(|e| {
-            let file = &mesh.source.path;
+        let (size, is_coast) = (torque.abs(), torque < 0.0);
+        let curves = match &mesh {
+            PairMesh::Cylindrical(mesh) => MeshCurves::new(mesh, size, is_coast, seat),
+            PairMesh::Bevel(mesh) => bevel_curves::curves(mesh, size, is_coast),
+        };
+        let curves = curves.map_err(|e| {
+            let file = &mesh.file().source.path;
             let message = format!("`{}` by {file}: {}", one.name.text, e.message);
-            Error { message, ..e }.with_span(&mesh.span)
+            Error { message, ..e }.with_span(&mesh.file().span)
         })?;
         Ok(ComputedMesh {
             mesh,
@@ -167,7 +231,7 @@ impl ComputedMesh {
     }
 
     fn is_of(&self, one: &NamedMesh, torque: f64) -> bool {
-        self.mesh.source == one.mesh.source
+        self.mesh.file().source == one.mesh.file().source
             && self.seat == one.seat
             && (self.torque - torque).abs() <= SAME_TORQUE * torque.abs()
     }
@@ -185,7 +249,10 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
                 seat: MeshSeat {
                     is_forward: true,
                     lead: 0.0,
-                    projection: mesh.base_helix_angle().cos(),
+                    projection: match mesh {
+                        PairMesh::Cylindrical(mesh) => mesh.base_helix_angle().cos(),
+                        PairMesh::Bevel(_) => 1.0,
+                    },
                 },
             });
         }
@@ -196,7 +263,7 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
         };
         // The ring's cycle goes forward with the ring, and its planet then turns its coast flanks ahead; see docs/signs.md.
         let is_fixed = [&stage.sun, &stage.ring].map(|end| matches!(end, BranchEnd::Ground));
-        let lead = planet_phase(&sun.pair, &ring.pair).map_err(|e| e.with_span(&ring.span))?;
+        let lead = planet_phase(&sun.pair, &ring.pair).map_err(|e| e.with_span(&ring.file.span))?;
         let seat = |is_forward: bool, lead: f64| MeshSeat {
             is_forward,
             lead,
@@ -208,7 +275,7 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
         ] {
             all.push(NamedMesh {
                 name: stage.name.clone(),
-                mesh: mesh.clone(),
+                mesh: PairMesh::Cylindrical(mesh.clone()),
                 place,
                 seat,
             });
@@ -221,16 +288,16 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
 /// neither is known.
 fn torques(model: &Model, named: &[NamedMesh]) -> Result<Vec<Option<f64>>, Error> {
     if model.loads.is_empty() {
-        return Ok(named.iter().map(|one| one.mesh.torque).collect());
+        return Ok(named.iter().map(|one| one.mesh.stated_torque()).collect());
     }
     let (machine, forces) = static_forces(model)?;
     let largest = forces.forces.iter().fold(0.0f64, |m, f| m.max(f.1.abs()));
     let torque = |one: &NamedMesh| {
         let force = mean_force(&machine, &forces, &one.name.text, one.place.part());
-        let torque = force * one.seat.projection * one.mesh.pair.outlines[0].base_radius;
+        let torque = force * one.seat.projection * one.mesh.lever();
         match force.abs() > IDLE * largest {
             true => Ok(Some(torque)),
-            false => one.mesh.torque.map(Some).ok_or_else(|| unloaded_error(one)),
+            false => (one.mesh.stated_torque().map(Some)).ok_or_else(|| unloaded_error(one)),
         }
     };
     named.iter().map(torque).collect()
@@ -242,10 +309,11 @@ const IDLE: f64 = 1e-9;
 fn unloaded_error(one: &NamedMesh) -> Error {
     let message = format!(
         "the mean loads put no torque on `{}`, and {} states none",
-        one.name.text, one.mesh.source.path
+        one.name.text,
+        one.mesh.file().source.path
     );
     Error::new(Code::MissingKey, message)
-        .with_span(&one.mesh.span)
+        .with_span(&one.mesh.file().span)
         .with_hint("give `torque` in [mesh] of the gear file, or a [[load]] that the mesh carries")
 }
 
@@ -264,23 +332,50 @@ fn fill(contact: &mut ContactParameters, curves: &MeshCurves) {
     contact.flanks = Some(curves.flanks.clone());
 }
 
-/// Bevel pairs that name gear files; the model states their stiffness.
-fn bevel_rows(model: &Model) -> Vec<String> {
-    let row = |pair: &GearPair| {
-        let mesh = pair.bevel.as_ref()?;
-        Some(format!(
-            "{} by {}: directions at the reference contact, unloaded transmission error {} µm peak to peak{}; stiffness of the model",
-            pair.name.text,
-            mesh.source.path,
+/// A mesh under no torque, in words.
+fn unloaded_row(mesh: &PairMesh) -> String {
+    match mesh {
+        PairMesh::Cylindrical(_) => {
+            "geometry alone, since no load is stated and the file has no torque".into()
+        }
+        PairMesh::Bevel(mesh) => format!(
+            "directions at the reference contact, unloaded transmission error {} µm peak to peak{}; stiffness of the model, since no load is stated and the file has no torque",
             format_number(1e6 * mesh.peak_to_peak),
-            if mesh.is_coast {
+            if mesh.is_coast() {
                 " on coast flanks"
             } else {
                 ""
             },
-        ))
+        ),
+    }
+}
+
+/// A mesh under its torque, in words.
+fn loaded_row(computed: &ComputedMesh) -> String {
+    let ComputedMesh { torque, curves, .. } = computed;
+    let pairs = match (&curves.flanks.pairs, &computed.mesh) {
+        (Some(pairs), _) => format!("{} tooth pairs for methods that locate events", pairs.count),
+        (None, PairMesh::Bevel(_)) => "one spring for all tooth pairs".into(),
+        (None, _) => "no tooth pairs one by one, since there is no play".into(),
     };
-    model.gear_pairs.iter().filter_map(row).collect()
+    let InterpolationError {
+        positions,
+        te,
+        stiffness,
+    } = curves.interpolation;
+    format!(
+        "at {} N·m of the pinion{}: along the normal of the teeth mean tangent k {} N/µm, transmission error {} µm peak to peak, {pairs}; straight lines between {positions} positions are off by at most {} µm and {} % of k",
+        format_number(torque.abs()),
+        if *torque < 0.0 {
+            " on coast flanks"
+        } else {
+            ""
+        },
+        format_number(1e-6 * curves.stiffness),
+        format_number(1e6 * curves.peak_to_peak),
+        format_number(1e6 * te),
+        format_number(100.0 * stiffness),
+    )
 }
 
 /// Description of the stage, mesh by mesh.
@@ -288,7 +383,6 @@ fn describe(
     named: &[NamedMesh],
     carried: &[Option<usize>],
     computed: &[ComputedMesh],
-    bevels: Vec<String>,
 ) -> MeshStage {
     let label = |one: &NamedMesh| match one.place {
         MeshPlace::Pair(_) => one.name.text.clone(),
@@ -296,37 +390,19 @@ fn describe(
         MeshPlace::Ring(_) => format!("{} at the ring", one.name.text),
     };
     let row = |(one, number): (&NamedMesh, &Option<usize>)| {
-        let file = &one.mesh.source.path;
-        let Some(number) = *number else {
-            return format!(
-                "{} by {file}: geometry alone, since no load is stated and the file has no torque",
-                label(one)
-            );
-        };
-        let ComputedMesh { torque, curves, .. } = &computed[number];
-        let pairs = match &curves.flanks.pairs {
-            Some(pairs) => format!("{} tooth pairs for methods that locate events", pairs.count),
-            None => "no tooth pairs one by one, since there is no play".into(),
-        };
-        format!(
-            "{} by {file} at {} N·m of the pinion{}: along the normal of the teeth k {} N/µm, transmission error {} µm peak to peak, {pairs}",
-            label(one),
-            format_number(torque.abs()),
-            if *torque < 0.0 {
-                " on coast flanks"
-            } else {
-                ""
-            },
-            format_number(1e-6 * curves.stiffness),
-            format_number(1e6 * curves.peak_to_peak),
-        )
+        let (label, file) = (label(one), &one.mesh.file().source.path);
+        match *number {
+            None => format!("{label} by {file}: {}", unloaded_row(&one.mesh)),
+            Some(number) => format!("{label} by {file} {}", loaded_row(&computed[number])),
+        }
     };
-    let mut rows: Vec<String> = named.iter().zip(carried).map(row).collect();
-    let any_bevel = !bevels.is_empty();
-    rows.extend(bevels);
+    let rows: Vec<String> = named.iter().zip(carried).map(row).collect();
     let text = rows.join("; ");
     let of_pair = |one: &NamedMesh| {
-        let (pair, file) = (&one.mesh.pair, &one.mesh.source.path);
+        let PairMesh::Cylindrical(mesh) = &one.mesh else {
+            return Vec::new();
+        };
+        let (pair, file) = (&mesh.pair, &mesh.file.source.path);
         let warning = |w: &Warning| {
             let found = gear_limits::diagnostic(w);
             Diagnostic {
@@ -343,16 +419,18 @@ fn describe(
             diagnostics.push(warning);
         }
     }
+    let is_bevel = |one: &NamedMesh| matches!(one.mesh, PairMesh::Bevel(_));
     let curves = |(one, number): (&NamedMesh, &Option<usize>)| {
         Some((one.place, computed[(*number)?].curves.clone()))
     };
     MeshStage {
         curves: named.iter().zip(carried).filter_map(curves).collect(),
-        decision: match computed.is_empty() && !any_bevel {
+        decision: match computed.is_empty() && !named.iter().any(is_bevel) {
             true => StageDecision::LeftOut(text),
             false => StageDecision::Runs(text),
         },
         is_named: true,
+        works: Vec::new(),
         diagnostics,
     }
 }

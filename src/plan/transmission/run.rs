@@ -1,5 +1,7 @@
 //! Transmission-error study: rigid, quasi-static and dynamic order lines, budget, coinciding orders.
 
+use std::sync::Arc;
+
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::suggestion;
@@ -8,11 +10,13 @@ use crate::machine::kinematics::mean_speeds;
 use crate::modes::excitation_orders::reference_dof;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
+use crate::plan::meshes::work::{self, WorkResult};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run::natural_frequencies;
 use crate::plan::stages::StageDecision;
 use crate::plan::transmission::error_record::{self, TransmissionErrorRecord};
 use crate::response::frf::ResponseMethod;
+use crate::scene::model::GeneratorWork;
 use crate::scene::study::{IndexingStudy, TransmissionStudy};
 use crate::transmission::budget::{self, ErrorBudget};
 use crate::transmission::chain::{ChainEnds, TransmissionChain};
@@ -50,6 +54,8 @@ pub struct TransmissionResult {
     pub marks: Option<Vec<IndexingEffect>>,
     /// Lines over speed.
     pub map: Option<SpeedMap>,
+    /// Work of generators, cut with the lines: of this machine, and of the gears that it runs.
+    pub works: Vec<Arc<WorkResult>>,
     /// The error over the angle.
     pub record: Option<TransmissionErrorRecord>,
     /// By how much the mean loads wind up the chain, rad.
@@ -145,11 +151,16 @@ fn chain_of(
     let PreparedMachine {
         machine, operating, ..
     } = prepared_machine;
-    let Some(output) = &study.output else {
-        return Err(
-            Error::new(Code::Usage, "the node of the error is not stated")
-                .with_hint("state `output`, a node"),
-        );
+    let of_work = prepared_machine.work.as_ref().map(|(work, _)| work);
+    let (output, against) = match (&study.output, of_work) {
+        (Some(output), _) => (output, study.against.as_deref()),
+        (None, Some(work)) => (&work.work.text, Some(work.cradle.text.as_str())),
+        (None, None) => {
+            return Err(
+                Error::new(Code::Usage, "the node of the error is not stated")
+                    .with_hint("state `output`, a node"),
+            );
+        }
     };
     let ends = ChainEnds {
         driver: match &study.driver {
@@ -157,11 +168,7 @@ fn chain_of(
             None => reference_dof(machine)?,
         },
         output: angle_dof(machine, output)?,
-        relative_to: study
-            .against
-            .as_deref()
-            .map(|name| angle_dof(machine, name))
-            .transpose()?,
+        relative_to: against.map(|name| angle_dof(machine, name)).transpose()?,
     };
     if machine.errors.is_empty() {
         return Err(
@@ -188,12 +195,63 @@ fn chain_of(
     Ok(chain)
 }
 
+/// Decision on the work of a generator.
+fn work_decision(works: &[Arc<WorkResult>]) -> StageDecision {
+    match works.last() {
+        Some(work) => StageDecision::Runs(format!(
+            "{} lines to first order on the flank and in the pair; together on the exact envelope",
+            work.lines.len()
+        )),
+        None => StageDecision::LeftOut(
+            "the error of the work against the cradle reaches the flank: leave `output` and `against` out".into(),
+        ),
+    }
+}
+
+/// Work that generators cut: the gears of this machine that name one, and, where the lines are those of the work against the cradle, its
+/// own.
+fn works(
+    prepared_machine: &PreparedMachine,
+    chain: &TransmissionChain,
+    lines: &[OrderLine],
+    values: &[Complex],
+) -> Result<Vec<Arc<WorkResult>>, Error> {
+    let mut works = prepared_machine.meshes.works.clone();
+    if let Some((work, title)) = work_of(prepared_machine, chain)? {
+        let machine = &prepared_machine.machine;
+        let lines: Vec<(&OrderLine, Complex)> = lines.iter().zip(values.iter().copied()).collect();
+        let result = WorkResult::new(work, (machine, title), chain, &lines, true)?;
+        works.push(Arc::new(result));
+    }
+    Ok(works)
+}
+
+/// The work of a generator and its title, where a chain is that of the work against the cradle.
+fn work_of<'a>(
+    prepared_machine: &'a PreparedMachine,
+    chain: &TransmissionChain,
+) -> Result<Option<(&'a GeneratorWork, &'a str)>, Error> {
+    let Some((work, title)) = &prepared_machine.work else {
+        return Ok(None);
+    };
+    let own = ChainEnds {
+        driver: chain.ends.driver,
+        ..work::ends(&prepared_machine.machine, work)?
+    };
+    Ok((own == chain.ends).then_some((work, title)))
+}
+
 /// Refuses what [`run`] would refuse before it solves anything.
 ///
 /// # Errors
-/// Names that do not exist; no declared error; what does not go with an output that slides.
+/// Names that do not exist; no declared error; what does not go with an output that slides; settings of the work whose ratio is not that of
+/// the chain.
 pub fn refuse(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<(), Error> {
-    chain_of(machine, study).map(|_| ())
+    let chain = chain_of(machine, study)?;
+    match work_of(machine, &chain)? {
+        Some((work, _)) => work::check_ratio(work, &chain).map(|_| ()),
+        None => Ok(()),
+    }
 }
 
 /// Runs a study.
@@ -341,12 +399,18 @@ pub fn run(
             budget,
         }
     });
+    let works = works(prepared_machine, &chain, &all, &slow)?;
+    let mut stages = plan(machine, study);
+    if prepared_machine.work.is_some() {
+        stages.push(("work", work_decision(&works)));
+    }
     let mut result = TransmissionResult {
         at_speed: sums_at_speed,
         negligible: budget::negligible(&budget.elements, NEGLIGIBLE_SHARE),
         budget,
         elements,
         second_order: eccentric_pair::neglected_second_order(machine, &chain),
+        works,
         marks,
         map,
         record,
@@ -356,7 +420,7 @@ pub fn run(
         wind_up: loaded::windup(&model, &chain)?,
         radius: study.radius,
         speed,
-        plan: prepared_machine.after_meshes(plan(machine, study)),
+        plan: prepared_machine.after_meshes(stages),
         diagnostics: prepared_machine.warnings(),
         coincidences,
         lines: (all.into_iter().enumerate())
@@ -374,6 +438,9 @@ pub fn run(
         chain,
     };
     result.diagnostics.extend(diagnostics(machine, &result));
+    let of_pairs = result.works.iter().flat_map(|w| w.pair.diagnostics.clone());
+    let of_pairs: Vec<Diagnostic> = of_pairs.collect();
+    result.diagnostics.extend(of_pairs);
     if undamped {
         result.diagnostics.push(Diagnostic {
             code: "undamped",

@@ -1,0 +1,69 @@
+//! Curves of a loaded bevel mesh along the normal of its reference contact: `e = r₂ te`, `k = K/r₂²`, r₂ the lever about the gear's axis.
+//!
+//! The mesh is one spring: with play it closes where its leading pair touches, and the coast flanks have the stiffness of the drive flanks
+//! and no error.
+
+use super::curves::{FlankCycle, InterpolationError, MeshCurves, mean, scaled};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::plan::gear::{bevel_member, bevel_mesh};
+use crate::scene::bevel_mesh::BevelMesh;
+use crate::scene::model::{MeshFlanks, StiffnessVariation};
+
+/// The mesh at a torque of the pinion, N·m above zero, on its drive or its coast flanks.
+///
+/// # Errors
+/// Flanks that the file does not ask for; as `bevel_mesh::mesh`.
+pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurves, Error> {
+    let side = ["drive", "coast"];
+    let wanted = side[usize::from(is_coast)];
+    if mesh.is_coast() != is_coast {
+        let message = format!(
+            "the mean loads carry the {wanted} flanks, and the file describes the contact of its {} flanks",
+            side[usize::from(mesh.is_coast())]
+        );
+        return Err(Error::new(Code::Conflict, message).with_hint(format!(
+            "set `side = \"{wanted}\"` in [contact] of the gear file, or turn the loads round"
+        )));
+    }
+    let file = &mesh.bevel;
+    let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
+    let mut warnings = Vec::new();
+    let result = bevel_mesh::mesh(
+        file,
+        teeth.each_ref().map(Option::as_ref),
+        (&mesh.pair, &mesh.path),
+        &[torque],
+        false,
+        &mut warnings,
+    )?;
+    let lever = mesh.levers[1];
+    let to_newton_per_metre = lever.powi(-2);
+    let cycle = &result.mesh.cycles[0];
+    let te = scaled(&cycle.of(|p| p.te), lever);
+    let secant = scaled(&cycle.of(|p| p.secant), to_newton_per_metre);
+    let stiffness = mean(&scaled(&cycle.of(|p| p.tangent), to_newton_per_metre));
+    let given_way = torque / mesh.levers[0] / stiffness;
+    let [low, high] = [f64::min, f64::max].map(|pick| te.iter().copied().fold(te[0], pick));
+    let flank = FlankCycle {
+        is_forward: mesh.is_forward,
+        phase: 0.0,
+    };
+    Ok(MeshCurves {
+        stiffness,
+        wave: StiffnessVariation {
+            waveform: flank.table(scaled(&secant, stiffness.recip())),
+            phase: flank.phase,
+        },
+        flanks: MeshFlanks {
+            unloaded_te: flank.table(scaled(&result.mesh.unloaded_te, lever)),
+            averaged_te: flank.table(te.iter().map(|e| e + given_way).collect()),
+            phase: flank.phase,
+            is_coast,
+            pairs: None,
+        },
+        peak_to_peak: high - low,
+        interpolation: InterpolationError::of(&te, &secant),
+        warnings,
+    })
+}

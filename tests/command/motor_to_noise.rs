@@ -1,0 +1,153 @@
+//! From the chain of a generator to the noise of the box that runs its work: each link of one run against the command of that link.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::command::{document, refusal};
+use crate::support::verification::within;
+
+/// Generator, box and scene of the shipped example on a coarse mesh, in a folder of their own.
+fn example(folder: &Path) {
+    let read = |path: &str| std::fs::read_to_string(path).unwrap();
+    let write = |name: &str, text: String| std::fs::write(folder.join(name), text).unwrap();
+    let mesh = "[mesh]\ntorque = \"40 N·m\"\npositions = 12\nstations = 10\n\n[gear]\n";
+    let pair = read("models/gears/bevel_12_36.toml").replace("[gear]\n", mesh);
+    write("pair.toml", pair);
+    write("y2250.toml", read("models/y2250.toml"));
+    let generator = read("examples/y2250_pinion.toml")
+        .replace("../models/gears/bevel_12_36.toml", "pair.toml")
+        .replace("../models/", "");
+    write("generator.toml", generator);
+    write(
+        "box.toml",
+        read("models/bevel_box.toml").replace("gears/bevel_12_36.toml", "pair.toml"),
+    );
+    let scene = read("examples/motor_to_noise.toml")
+        .replace("../models/bevel_box.toml", "box.toml")
+        .replace("../examples/y2250_pinion.toml", "generator.toml");
+    write("run.toml", scene);
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn rows<'a>(value: &'a Value, key: &str) -> &'a Vec<Value> {
+    value[key].as_array().unwrap()
+}
+
+/// The chain of numbers of the example: lines of the generator, flank, pair without and with load, orders of the box, bearing forces.
+#[test]
+fn law_motor_to_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    example(folder.path());
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let run = document(&["run", &path("run.toml"), "--json"]);
+    let studies = rows(&run, "studies");
+    let (te, run_up) = (&studies[0]["result"], &studies[1]["result"]);
+    let work = &te["works"][0];
+
+    // The generator alone: the same lines, flank and pair.
+    let generator = document(&["te", &path("generator.toml"), "--json"]);
+    let own = &generator["works"][0];
+    assert_eq!(rows(own, "lines").len(), rows(work, "lines").len());
+    for (a, b) in rows(own, "lines").iter().zip(rows(work, "lines")) {
+        let apart = number(&a["flank_um"]) / number(&b["flank_um"]) - 1.0;
+        assert!(apart.abs() < 1e-9, "{a} {b}");
+    }
+    let cut = number(&own["te_peak_to_peak_arcsec"]["cut"]);
+    within(
+        "pair without load, by the box and by the generator",
+        (number(&work["te_peak_to_peak_arcsec"]["cut"]) / cut - 1.0).abs(),
+        1e-9,
+    );
+    // Every line of the table of the chain has the amplitude that goes to the flank.
+    for line in rows(own, "lines") {
+        let same = |row: &&Value| {
+            ["order", "source", "cause", "harmonic"]
+                .iter()
+                .all(|key| row[key] == line[key])
+        };
+        let row = rows(&generator, "orders").iter().find(same).unwrap();
+        let apart = number(&row["amplitude_arcsec"]) / number(&line["roll_arcsec"]) - 1.0;
+        assert!(apart.abs() < 1e-9, "{line}");
+    }
+
+    // The pair as designed: `geardyn gear` at the torque.
+    let gear = document(&["gear", &path("pair.toml"), "--json"]);
+    let te_of: Vec<f64> = gear["mesh"]["te_arcsec"][0]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
+    let range = te_of.iter().fold(f64::MIN, |m, x| m.max(*x))
+        - te_of.iter().fold(f64::MAX, |m, x| m.min(*x));
+    within(
+        "pair at 40 N·m as designed, of `gear`",
+        (number(&own["loaded_te_peak_to_peak_arcsec"]["ideal"]) / range - 1.0).abs(),
+        1e-9,
+    );
+
+    // Orders of the gear of the box against its pinion: the loaded error of the cut pair.
+    let args = [
+        "te",
+        &path("run.toml"),
+        "--output",
+        "gear",
+        "--driver",
+        "pinion",
+        "--json",
+    ];
+    let orders = document(&args);
+    let record = number(&orders["budget"]["percentiles"][0]["range_arcsec"]);
+    let loaded = &own["loaded_te_peak_to_peak_arcsec"];
+    for key in ["ideal", "cut"] {
+        let in_box = number(&work["loaded_te_peak_to_peak_arcsec"][key]);
+        within(
+            &format!("loaded pair in the box, {key}"),
+            (in_box / number(&loaded[key]) - 1.0).abs(),
+            1e-6,
+        );
+    }
+    within(
+        "range of the box at rest, of the loaded pair as cut",
+        (record / number(&own["loaded_te_peak_to_peak_arcsec"]["cut"]) - 1.0).abs(),
+        0.1,
+    );
+
+    // The run-up of the run is that of the command.
+    let alone = document(&[
+        "response",
+        &path("run.toml"),
+        "--run-up",
+        "300:6000:58",
+        "--output",
+        "pinion_bearings x.force",
+        "--output",
+        "gear_bearings x.force",
+        "--json",
+    ]);
+    assert_eq!(alone["critical"], run_up["critical"]);
+    assert!(rows(work, "left_out").len() >= 4, "{work}");
+}
+
+/// Other change gears than those of the settings: both ratios, the file and the nodes are named.
+#[test]
+fn refuses_change_gears_of_another_work() {
+    let folder = tempfile::tempdir().unwrap();
+    example(folder.path());
+    let path = folder.path().join("generator.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("[47, 77]", "[48, 77]")).unwrap();
+    for name in ["generator.toml", "run.toml"] {
+        let (_, message) = refusal(&["te", folder.path().join(name).to_str().unwrap()]);
+        assert!(
+            message.contains("cradle_over_work is 0.30838513 by the settings of")
+                && message.contains("pair.toml")
+                && message.contains("from `cradle` to `workpiece`"),
+            "{message}"
+        );
+    }
+}
