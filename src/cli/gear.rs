@@ -237,7 +237,7 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
         csv: args.csv.clone(),
         svg: None,
         log: None,
-        html: args.html.clone(),
+        page: args.page.clone(),
         quiet: args.quiet,
     };
     let outputs = Outputs::check(&out, &[], &[], std::slice::from_ref(&args.readings))?;

@@ -16,6 +16,8 @@ pub mod files;
 
 pub mod footer;
 
+pub mod browser;
+
 pub mod progress;
 
 pub mod present;

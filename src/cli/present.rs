@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::args::OutputArgs;
 use super::destination::output_error;
 use super::files::{self, OutputFiles};
-use super::{footer, interrupt, output, progress};
+use super::{browser, footer, interrupt, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
@@ -33,7 +33,7 @@ impl<'a> Outputs<'a> {
         others: &[&Option<PathBuf>],
         inputs: &[PathBuf],
     ) -> Result<Outputs<'a>, Error> {
-        if args.log.is_some() && args.svg.is_none() && args.html.is_none() {
+        if args.log.is_some() && args.svg.is_none() && args.page.html.is_none() {
             let message = "--log has no figure to change";
             return Err(Error::new(Code::Usage, message).with_hint("add --svg FILE or --html FILE"));
         }
@@ -50,8 +50,7 @@ impl<'a> Outputs<'a> {
                     .map(|suffix| files::sibling_path(path, suffix)),
             );
         }
-        if let Some(path) = &args.html {
-            files::ends(path, &["html"])?;
+        if let Some(path) = browser::check(&args.page)? {
             named.push(path.clone());
         }
         named.extend(others.iter().copied().flatten().cloned());
@@ -79,7 +78,7 @@ impl<'a> Outputs<'a> {
         let (args, whole) = (self.args, result.interruption().is_none());
         let mut notes = String::new();
         // A refused axis leaves no file.
-        let shows_figures = args.svg.is_some() || args.html.is_some();
+        let shows_figures = args.svg.is_some() || args.page.html.is_some();
         let figures = match (shows_figures && whole, args.log) {
             (false, _) => Vec::new(),
             (true, None) => result.figures()?,
@@ -97,7 +96,7 @@ impl<'a> Outputs<'a> {
             }
             notes = result.figure_notes();
         }
-        if let Some(path) = args.html.as_ref().filter(|_| whole) {
+        if let Some(path) = args.page.html.as_ref().filter(|_| whole) {
             let section = Section::new(&command_line(), result, figures);
             let title = section.title().to_string();
             self.files
@@ -114,6 +113,9 @@ impl<'a> Outputs<'a> {
                 let gap = if title.is_empty() { "" } else { "\n\n" };
                 output::print(&format!("{title}{gap}{}", result.text()))?;
             }
+        }
+        if whole {
+            browser::open(&args.page)?;
         }
         let not_written = footer::not_written(&self.named, whole);
         if !args.quiet && !args.json {

@@ -7,8 +7,8 @@ use serde_json::json;
 use super::args::RunArgs;
 use super::files::{self, OutputFiles};
 use super::{
-    accuracy, footer, harmonic_balance, interrupt, modes, output, present, response, run_up,
-    simulate, stability, te,
+    accuracy, browser, footer, harmonic_balance, interrupt, modes, output, present, response,
+    run_up, simulate, stability, te,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -31,10 +31,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
-    let html: Vec<PathBuf> = args.html.iter().cloned().collect();
-    for path in &html {
-        files::ends(path, &["html"])?;
-    }
+    let html: Vec<PathBuf> = browser::check(&args.page)?.into_iter().cloned().collect();
     // The names of the figures follow from the results; that the folder takes files is known before the work.
     let drawings = args.svg.iter().map(|folder| folder.join("1.svg"));
     let named: Vec<PathBuf> = html.iter().cloned().chain(drawings).collect();
@@ -88,6 +85,9 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         files.write(path, svg.as_bytes())?;
     }
     let written = files.finish()?;
+    if whole {
+        browser::open(&args.page)?;
+    }
     if args.json {
         let sources = &scene.sources;
         let about = Provenance::of_plan(sources, &[], &[]);

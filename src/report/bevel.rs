@@ -8,9 +8,12 @@ use super::bevel_contact::{
 use super::figure::Figure;
 use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
 use super::gear_sheet::drawn;
+use super::pair_view::pair_view;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
+use super::surface_view::ease_off_view;
 use super::table::{Table, decimal, or_dash};
+use super::view::View;
 use super::{bevel_mesh, bevel_mesh_plot, bevel_plot, bevel_stability};
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::SIDES;
@@ -19,6 +22,7 @@ use crate::plan::gear::bevel_contact::BevelContactPoint;
 use crate::plan::gear::bevel_limits::BevelLimit;
 use crate::plan::gear::bevel_member::FlankResult;
 use crate::plan::gear::bevel_mesh::BevelMeshResult;
+use crate::plan::gear::pattern_states::PatternStates;
 use crate::plan::gear::{axodes, hypoid_theory};
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
@@ -65,6 +69,7 @@ impl Presentation for BevelReport<'_> {
             "tca": contact.map(|c| contact_json(c, self.file.contact.side.name())),
             "ease_off": contact.map(ease_off_json),
             "vh": contact.and_then(vh_json),
+            "vh_states": result.states.as_ref().map(vh_states_json),
             "mesh": result.mesh.as_ref().map(bevel_mesh::mesh_json),
         }))
     }
@@ -118,6 +123,15 @@ impl Presentation for BevelReport<'_> {
 
     fn notes(&self) -> String {
         step_lines(steps(&self.result.plan))
+    }
+
+    fn views(&self) -> Vec<View> {
+        let pair = pair_view(self.file, &self.result);
+        let ease_off = self.result.contact.as_ref().map(|contact| {
+            let section = &contact.pair.flanks[0].section;
+            ease_off_view(section, &contact.ease_off.0)
+        });
+        pair.into_iter().chain(ease_off).collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -383,5 +397,16 @@ fn limit_json(limit: &BevelLimit) -> Value {
         "side": limit.side.map(|side| SIDES[side]),
         "at": { "face": limit.at[0], "height": limit.at[1] },
         "nearest": { "depth_less_mm": 1e3 * limit.depth },
+    })
+}
+
+/// The transmission error over the grid of V and H: for each V every H, null where the flanks do not touch at every angle.
+fn vh_states_json(states: &PatternStates) -> Value {
+    let peaks = (states.states.iter()).map(|s| Some(ARCSEC * s.as_ref()?.peak_to_peak?));
+    let peaks: Vec<Option<f64>> = peaks.collect();
+    json!({
+        "offset_mm": states.offsets.iter().map(|v| 1e3 * v).collect::<Vec<_>>(),
+        "pinion_axial_mm": states.axials.iter().map(|h| 1e3 * h).collect::<Vec<_>>(),
+        "peak_to_peak_arcsec": peaks.chunks(states.axials.len()).collect::<Vec<_>>(),
     })
 }

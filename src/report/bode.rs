@@ -68,10 +68,21 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
             let name = truncate_label(&c.label, 28);
             match &c.fitted {
                 None => vec![over(Ink::Series(k), 1.0, name, &c.measured)],
-                Some(fitted) => vec![
-                    over(Ink::Pale(k), 2.2, String::new(), &c.measured),
-                    over(Ink::Series(k), 1.0, name, fitted),
-                ],
+                Some(fitted) => {
+                    let pairs = c.measured.iter().zip(fitted);
+                    let misfit: Vec<Complex> = pairs.map(|(a, b)| a - b).collect();
+                    let dotted = Mark::Line(0.8, LineStyle::Dotted);
+                    let misfit = Curve {
+                        mark: dotted,
+                        ..over(Ink::Series(k), 0.8, String::new(), &misfit)
+                    };
+                    let both = [
+                        over(Ink::Pale(k), 2.2, String::new(), &c.measured),
+                        over(Ink::Series(k), 1.0, name, fitted),
+                    ];
+                    // The phase of a misfit says nothing.
+                    both.into_iter().chain((!wraps).then_some(misfit)).collect()
+                }
             }
         });
         lines.collect::<Vec<_>>()
@@ -117,7 +128,11 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
     }
     PlotColumn {
         title: shown.title.clone(),
-        note: note(shown, curves),
+        note: note(
+            shown,
+            curves,
+            "broad and pale: measured, narrow: fitted, dotted: size of their difference",
+        ),
         linked: true,
         plots,
     }
@@ -141,9 +156,9 @@ fn broken(curve: Curve) -> Curve {
 }
 
 /// Meaning of the widths, and how many responses are not shown.
-fn note(shown: &BodePlot, curves: &[BodeCurve]) -> String {
+fn note(shown: &BodePlot, curves: &[BodeCurve], widths: &str) -> String {
     let fitted = curves.iter().any(|c| c.fitted.is_some());
-    let widths = fitted.then(|| "broad and pale: measured, narrow: fitted".to_string());
+    let widths = fitted.then(|| widths.to_string());
     let all = shown.curves.len();
     let part = (all > curves.len()).then(|| format!("{} of {all} responses", curves.len()));
     widths
@@ -190,9 +205,14 @@ fn frequency_marks(shown: &BodePlot) -> Vec<PointLabel> {
 /// The responses in the complex plane, equal scales; points measured, lines fitted or computed.
 pub fn nyquist(shown: &BodePlot) -> PlotColumn {
     let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
-    let parts = |values: &[Complex]| {
+    let parts = |values: &[Complex]| -> (Vec<f64>, Vec<f64>) {
         let known = values.iter().filter(|z| z.is_finite());
         known.map(|z| (z.re, z.im)).unzip()
+    };
+    let frequencies = |values: &[Complex]| {
+        let lines = values.iter().zip(&shown.frequency_hz);
+        let known = lines.filter(|(z, _)| z.is_finite());
+        ("frequency, Hz", known.map(|(_, f)| *f).collect())
     };
     let lines = curves.iter().enumerate().flat_map(|(k, c)| {
         let mark = match c.computed {
@@ -200,7 +220,10 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
             false => Mark::Discs(1.1),
         };
         let (x, y) = parts(&c.measured);
-        let measured = Curve::new(truncate_label(&c.label, 28), Ink::Series(k), mark, x, y);
+        let measured = Curve {
+            along: shown.across.is_empty().then(|| frequencies(&c.measured)),
+            ..Curve::new(truncate_label(&c.label, 28), Ink::Series(k), mark, x, y)
+        };
         let (x, y) = parts(&c.traced);
         let traced = (!c.traced.is_empty()).then(|| Curve::line("", Ink::Series(k), x, y));
         [Some(measured), traced].into_iter().flatten()
@@ -228,7 +251,7 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
         )
     };
     PlotColumn {
-        note: note(shown, curves),
+        note: note(shown, curves, "broad and pale: measured, narrow: fitted"),
         ..PlotColumn::one(
             &shown.title,
             Plot {

@@ -201,6 +201,10 @@ impl CampbellPlot {
         let all: Vec<&PlottedCrossing> = self.crossings.iter().filter(inside).collect();
         Curve {
             radii: all.iter().map(|c| ring_size(c.participation)).collect(),
+            along: Some((
+                "participation, %",
+                all.iter().map(|c| 100.0 * c.participation).collect(),
+            )),
             ..Curve::new(
                 "",
                 Ink::Series(1),

@@ -319,6 +319,8 @@ pub struct Curve {
     pub interval: Vec<(f64, f64)>,
     /// Radius of each point in place of the common one; empty for none.
     pub radii: Vec<f64>,
+    /// A further value at each point, with its quantity and unit, that a page shows next to the point.
+    pub along: Option<(&'static str, Vec<f64>)>,
 }
 
 impl Curve {
@@ -332,6 +334,7 @@ impl Curve {
             y,
             interval: Vec::new(),
             radii: Vec::new(),
+            along: None,
         }
     }
 

@@ -7,7 +7,9 @@ use super::gear::{ARCSEC, title_lines};
 use super::gear_cut_plot::{self, flank_name};
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
+use super::surface_view::cut_view;
 use super::table::{Table, decimal, or_dash};
+use super::view::View;
 use crate::base::error::Error;
 use crate::gear::bevel::solid::Solid;
 use crate::gear::bevel::tooth::SIDES;
@@ -79,6 +81,10 @@ impl Presentation for CutReport<'_> {
 
     fn notes(&self) -> String {
         step_lines(steps(&self.result.plan))
+    }
+
+    fn views(&self) -> Vec<View> {
+        vec![cut_view(self.file, &self.result.flanks)]
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

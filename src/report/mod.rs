@@ -157,6 +157,13 @@ pub mod flank_file;
 mod bevel_plot;
 
 mod bevel_mesh_plot;
+
+mod pair_view;
+
+mod gear_cut_plot;
+
+mod surface_view;
+
 pub mod gear_sheet;
 
 mod bevel_stability;
@@ -170,8 +177,6 @@ pub mod bevel;
 mod correction_plot;
 
 pub mod correction;
-
-mod gear_cut_plot;
 
 pub mod gear_cut;
 

@@ -37,6 +37,7 @@ pub fn mode_view(prepared: &PreparedMachine, result: &ModesResult, model: &Model
     View {
         kind: ViewKind::Modes,
         title: "Mode shapes".into(),
+        replaces: &[],
         data: json!({
             "modes": (0..result.modes.len()).map(entry).collect::<Vec<_>>(),
             "real": shapes().map(|z| z.re).collect::<Vec<_>>(),

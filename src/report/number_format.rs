@@ -168,6 +168,21 @@ pub fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
     (factor, format!("{prefix}{unit}"))
 }
 
+/// The label of an axis in SI, alone or behind a comma, in the unit of its largest value; and the factor of the values.
+pub fn scaled_label(label: &str, largest: f64) -> (f64, String) {
+    const SCALED: [&str; 4] = ["m", "rad", "N", "N·m"];
+    let (name, unit) = label.rsplit_once(", ").unwrap_or(("", label));
+    let Some(unit) = SCALED.into_iter().find(|u| *u == unit) else {
+        return (1.0, label.to_string());
+    };
+    if largest == 0.0 || !largest.is_finite() {
+        return (1.0, label.to_string());
+    }
+    let (factor, unit) = choose_unit(largest, unit);
+    let gap = if name.is_empty() { "" } else { ", " };
+    (factor, format!("{name}{gap}{unit}"))
+}
+
 /// Footnote of a table of measured values: ± is [`Z_95`](crate::numeric::statistics::Z_95) standard deviations.
 pub const INTERVAL_FOOTNOTE: &str = "± the 95 % interval, 1.96 standard deviations\n";
 
@@ -231,6 +246,21 @@ mod tests {
         ] {
             let text = significant_text(x, error);
             assert_eq!(text.as_deref().unwrap_or("–"), shown, "{x} {error}");
+        }
+    }
+
+    #[test]
+    fn exact_labels_in_the_unit_of_their_size() {
+        for (label, largest, factor, shown) in [
+            ("rad", 0.012, 1e3, "mrad"),
+            ("displacement, m", 6e-5, 1e6, "displacement, µm"),
+            ("force, N", 2.5e5, 1e-3, "force, kN"),
+            ("force, N", 2.5e3, 1.0, "force, N"),
+            ("amplitude, m/N", 1e-9, 1.0, "amplitude, m/N"),
+            ("time, s", 1e-5, 1.0, "time, s"),
+            ("rad", 0.0, 1.0, "rad"),
+        ] {
+            assert_eq!(scaled_label(label, largest), (factor, shown.to_string()));
         }
     }
 

@@ -75,6 +75,7 @@ pub fn view(result: &IdentificationResult, shapes: &PointShapes) -> View {
         .collect();
     View {
         kind: ViewKind::Points,
+        replaces: &[],
         title: "Mode shapes".into(),
         data: json!({
             "points": geometry.points.iter().map(|p| &p.name).collect::<Vec<_>>(),

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::figure::{Axis, Curve, Figure, Ink, Plot, PlotColumn};
+use super::figure::{Axis, Curve, Figure, Guide, Ink, Plot, PlotColumn, PointLabel};
 use super::online;
 use super::output_key::{effort, key};
 use super::plan::{step_lines, steps};
@@ -14,7 +14,7 @@ use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
 use crate::motion::outputs::MotionOutput;
-use crate::plan::motion::output_statistics::step_response;
+use crate::plan::motion::output_statistics::{OutputStatistics, step_response};
 use crate::plan::motion::run::MotionResult;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::simulate::SimulationResult;
@@ -77,7 +77,13 @@ impl Presentation for SimulationReport<'_> {
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let title = &self.scene.model.title;
-        let plots = histories(title, &self.result.scene, &self.result.history);
+        let mut plots = histories(title, &self.result.scene, &self.result.history);
+        if let Some(at) = self.result.step_time_s {
+            plots.note = "dotted: step of the load".into();
+            for plot in &mut plots.plots {
+                plot.guides.push(Guide::vertical(at));
+            }
+        }
         Ok(vec![Figure::first(plots)])
     }
 
@@ -153,26 +159,40 @@ const HEIGHT: f64 = 150.0;
 /// Every output over time.
 fn histories(title: &str, scene: &SimulationSetup, history: &MotionResult) -> PlotColumn {
     let end = history.time.last().copied().filter(|end| *end > 0.0);
-    let plot = |(output, values): (&MotionOutput, &Vec<f64>)| Plot {
-        height: HEIGHT,
-        heading: output.name.clone(),
-        curves: vec![Curve::line(
-            "",
-            Ink::Series(0),
-            history.time.clone(),
-            values.clone(),
-        )],
-        ..Plot::new(
-            Axis::linear("time, s").over(0.0, end.unwrap_or(1.0)),
-            Axis::linear(output.unit),
-        )
+    let extremes = |reading: &Option<OutputStatistics>| -> Vec<PointLabel> {
+        let ends = reading
+            .iter()
+            .flat_map(|r| [(r.max, "greatest"), (r.min, "least")]);
+        ends.map(|((value, at), name)| PointLabel {
+            x: at,
+            y: value,
+            text: name.into(),
+        })
+        .collect()
     };
+    let all = scene.outputs.list.iter().zip(&history.values);
+    let plot =
+        |((output, values), reading): ((&MotionOutput, &Vec<f64>), &Option<OutputStatistics>)| {
+            Plot {
+                height: HEIGHT,
+                heading: output.name.clone(),
+                labels: extremes(reading),
+                curves: vec![Curve::line(
+                    "",
+                    Ink::Series(0),
+                    history.time.clone(),
+                    values.clone(),
+                )],
+                ..Plot::new(
+                    Axis::linear("time, s").over(0.0, end.unwrap_or(1.0)),
+                    Axis::linear(output.unit),
+                )
+            }
+        };
     PlotColumn {
         title: title.to_string(),
         linked: true,
-        plots: (scene.outputs.list.iter().zip(&history.values))
-            .map(plot)
-            .collect(),
+        plots: all.zip(&history.statistics).map(plot).collect(),
         ..PlotColumn::default()
     }
 }

@@ -48,6 +48,7 @@ pub fn teeth_view(pair: &Pair, path: &[(&'static str, PathPoint)]) -> View {
     View {
         kind: ViewKind::Teeth,
         title: "Teeth in mesh".into(),
+        replaces: &[],
         data: json!({
             "members": [member(0), member(1)],
             "module_m": pair.members[0].gear.module,

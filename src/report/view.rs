@@ -9,6 +9,8 @@ pub struct View {
     pub kind: ViewKind,
     /// Title.
     pub title: String,
+    /// Suffixes of the figures that a page omits, because the view shows what they show.
+    pub replaces: &'static [&'static str],
     /// Data of the view, as its script reads them.
     pub data: Value,
 }
@@ -22,6 +24,10 @@ pub enum ViewKind {
     Points,
     /// Profiles of cylindrical gears in mesh.
     Teeth,
+    /// A pair of gears in space with the contact on its flanks.
+    Pair,
+    /// Flanks with their deviations as surfaces.
+    Surface,
 }
 
 impl ViewKind {
@@ -31,6 +37,8 @@ impl ViewKind {
             ViewKind::Modes => "modes",
             ViewKind::Points => "points",
             ViewKind::Teeth => "teeth",
+            ViewKind::Pair => "pair",
+            ViewKind::Surface => "surface",
         }
     }
 }

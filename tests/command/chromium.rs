@@ -28,7 +28,7 @@ impl Browser {
     pub fn start(folder: &Path) -> Browser {
         let profile = folder.join("profile");
         let command = format!(
-            "exec chromium --headless --no-sandbox --disable-gpu --no-first-run --window-size=1200,900 --user-data-dir='{}' --remote-debugging-pipe about:blank 3<&0 4>&1 0</dev/null 1>&2",
+            "exec chromium --headless --no-sandbox --disable-gpu --enable-unsafe-swiftshader --no-first-run --window-size=1200,900 --user-data-dir='{}' --remote-debugging-pipe about:blank 3<&0 4>&1 0</dev/null 1>&2",
             profile.display()
         );
         let mut child = Command::new("sh")

@@ -92,7 +92,10 @@ impl Firefox {
     pub fn open(&mut self, address: &str) {
         self.call("WebDriver:Navigate", json!({ "url": "about:blank" }));
         self.call("WebDriver:Navigate", json!({ "url": address }));
-        while self.value("document.documentElement.dataset.ready") != json!("true") {
+        while self
+            .value("document.documentElement.dataset.ready")
+            .is_null()
+        {
             std::thread::sleep(Duration::from_millis(20));
         }
     }

@@ -27,6 +27,8 @@ const KINDS: &[&str] = &[
     "measure data/index_gear.toml",
     "gear models/gears/fzg_c.toml",
     "gear reverse data/unknown_gear.toml",
+    "gear models/gears/bevel_12_36.toml --vh",
+    "gear models/gears/straight_20_40.toml",
     "gear cut models/gears/bevel_12_36.toml",
     "run examples/y2250_te.toml",
 ];
@@ -34,6 +36,7 @@ const KINDS: &[&str] = &[
 /// Pages that a second browser opens.
 const SECOND: &[&str] = &[
     "modes models/geared_damped.toml",
+    "gear models/gears/bevel_12_36.toml",
     "simulate examples/linear_chain.toml",
     "gear models/gears/fzg_c.toml",
 ];
@@ -44,14 +47,14 @@ const FIXED: usize = 120_000;
 /// Largest ordinary page, bytes.
 const ORDINARY: usize = 350_000;
 
-/// Largest page of the maps of four cut flanks, bytes.
-const MAPS: usize = 450_000;
+/// Largest page of a million points in two outputs, bytes.
+const MILLION: usize = 5_000_000;
 
 /// The name of a channel that would be markup.
 const HOSTILE: &str = "</script><img/src=x/onerror=alert(1)>";
 
 /// Colours inside the axes of each plot and of each moving view.
-const INK: &str = "[...G.plots.map((p) => [p.u.ctx, p.u.bbox.left + 2, p.u.bbox.top + 2, p.u.bbox.width - 4, p.u.bbox.height - 4]), ...[...document.querySelectorAll('.moving canvas, .turning canvas')].map((c) => [c.getContext('2d'), 0, 0, c.width, c.height])].map(([ctx, left, top, width, height]) => { const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true }); copy.drawImage(ctx.canvas, -left, -top); const d = copy.getImageData(0, 0, width, height).data; const colours = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) colours.add((d[i] << 16) + (d[i + 1] << 8) + d[i + 2]); return colours.size; })";
+const INK: &str = "[...G.plots.map((p) => [p.u.ctx, p.u.bbox.left + 2, p.u.bbox.top + 2, p.u.bbox.width - 4, p.u.bbox.height - 4]), ...[...document.querySelectorAll('.moving canvas, .turning canvas')].map((canvas) => [{ canvas }, 0, 0, canvas.width, canvas.height])].map(([ctx, left, top, width, height]) => { const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true }); copy.drawImage(ctx.canvas, -left, -top); const d = copy.getImageData(0, 0, width, height).data; const colours = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) colours.add((d[i] << 16) + (d[i + 1] << 8) + d[i + 2]); return colours.size; })";
 
 /// Ranges of all plots.
 const SHOWN: &str = "G.plots.map((p) => [p.shown.x, p.shown.y])";
@@ -176,12 +179,8 @@ fn law_pages_work_in_a_browser() {
         let page = folder.path().join(format!("page{k}.html"));
         write_page(&kind.split(' ').collect::<Vec<_>>(), &page);
         let (whole, fixed) = sizes(&page);
-        let largest = match kind.starts_with("gear cut") {
-            true => MAPS,
-            false => ORDINARY,
-        };
         assert!(
-            fixed <= FIXED && whole <= largest,
+            fixed <= FIXED && whole <= ORDINARY,
             "{kind}: {fixed} of {whole} bytes"
         );
         check(&mut browser, kind, &format!("file://{}", page.display()));
@@ -223,6 +222,15 @@ fn check(browser: &mut Browser, kind: &str, address: &str) {
         assert_eq!(browser.value(SHOWN), whole, "{kind}: all is shown again");
         save(browser, kind);
     }
+    if kind.starts_with("identify") {
+        let along = "G.plots.flatMap((p) => p.curves).filter((c) => c.along).map((c) => [c.along.label, c.along.values.length === c.x.length])";
+        let expected = json!([["frequency, Hz", true]]);
+        assert_eq!(
+            browser.value(along),
+            expected,
+            "{kind}: frequencies in the plane"
+        );
+    }
     if browser.value("G.players.length") != json!(0) {
         play(browser, kind);
     }
@@ -250,7 +258,9 @@ fn complaints(browser: &mut Browser, kind: &str, address: &str) {
             "Runtime.consoleAPICalled",
             "Log.entryAdded",
         ];
-        assert!(!complaint.contains(&method), "{kind}: {event}");
+        // What the driver says of its own speed is no complaint of the page.
+        let is_driver = event["params"]["entry"]["source"] == json!("rendering");
+        assert!(is_driver || !complaint.contains(&method), "{kind}: {event}");
         if method == "Network.requestWillBeSent" {
             let url = event["params"]["request"]["url"].as_str().unwrap();
             let own = ["about:", "blob:"].iter().any(|s| url.starts_with(s));
@@ -351,8 +361,174 @@ fn choose(browser: &mut Browser, kind: &str) {
         browser.press(key);
         assert_eq!(browser.value(chosen), json!(row), "{kind}: {key}");
     }
-    let caption = browser.value("document.querySelector('.moving .note').textContent");
-    assert!(caption.as_str().unwrap().starts_with("Mode 2"), "{caption}");
+    let caption = browser.value("document.querySelector('.moving .note, .main .note').textContent");
+    let expected = match kind.starts_with("gear") {
+        true => "pinion concave, error 2",
+        false => "Mode 2",
+    };
+    assert!(caption.as_str().unwrap().starts_with(expected), "{caption}");
+}
+
+/// A pair in space: the drawn flanks touch where the contact is marked, at every V and H that is shown; mouse and keys turn the view,
+/// which needs no WebGL to be drawn.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_gears_turn_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    write_page(&["gear", "models/gears/bevel_12_36.toml", "--vh"], &page);
+    let address = format!("file://{}", page.display());
+    let mut browser = Browser::start(folder.path());
+    browser.open(&address);
+    browser.value("(G.players[0].set(false), document.querySelector('.space').scrollIntoView({ block: 'center' }), 0)");
+    // Marks lie on chords between nodes and positions: 0.1 mm of a tooth of 7 mm.
+    let gap = "Math.max(...Array.from({ length: 9 }, (_, k) => G.players[0].touching(k / 8)).map(([a, b]) => Math.hypot(...a.map((v, n) => v - b[n]))))";
+    let place = "(v, h) => { const [, a, b] = document.querySelectorAll('.pair input[type=range]'); [a.value, b.value] = [v, h]; a.dispatchEvent(new Event('input')); return document.querySelector('.pair > .note').textContent; }";
+    let mut texts = Vec::new();
+    for (v, h) in [(3, 3), (3, 2), (4, 2)] {
+        let text = browser.value(&format!("({place})({v}, {h})"));
+        texts.push(text.as_str().unwrap().to_string());
+        let gap = browser.value(gap).as_f64().unwrap();
+        assert!(gap < 1e-4, "V {v}, H {h}: {gap} m");
+    }
+    assert!(texts[0] != texts[1] && texts[1] != texts[2], "{texts:?}");
+    let text = browser.value(&format!("({place})(6, 6)"));
+    assert!(text.as_str().unwrap().contains("do not touch"), "{text}");
+
+    let camera = "[G.spaces[0].yaw, G.spaces[0].tilt, G.spaces[0].zoom]";
+    let home = browser.value(camera);
+    let place = browser.value("(() => { const r = document.querySelector('.space').getBoundingClientRect(); return [r.left + 0.5 * r.width, r.top + 0.5 * r.height]; })()");
+    let [x, y] = [0, 1].map(|k| place[k].as_f64().unwrap());
+    browser.drag((x, y), (x + 60.0, y + 40.0));
+    let turned = browser.value(camera);
+    assert!(
+        turned[0] != home[0] && turned[1] != home[1],
+        "the mouse turns"
+    );
+    browser.value("(document.querySelector('.space').focus(), 0)");
+    for (key, part) in [("ArrowLeft", 0), ("ArrowDown", 1), ("+", 2)] {
+        let before = browser.value(camera);
+        browser.press(key);
+        assert_ne!(browser.value(camera)[part], before[part], "{key}");
+    }
+    browser.press("0");
+    assert_eq!(browser.value(camera), home, "0 goes back");
+
+    let without = "const make = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext = function (kind, ...more) { return kind === 'webgl2' ? null : make.call(this, kind, ...more); };";
+    browser.call(
+        "Page.addScriptToEvaluateOnNewDocument",
+        json!({ "source": without }),
+    );
+    browser.open(&address);
+    assert_eq!(
+        browser.value("[G.spaces[0].still, G.players[0].playing]"),
+        json!([true, false])
+    );
+    for colours in browser.value(INK).as_array().unwrap() {
+        assert!(colours.as_u64() > Some(1), "no ink without WebGL");
+    }
+    complaints(&mut browser, "without WebGL", &address);
+}
+
+/// The spectrum of a shown range: a sine on a line has its amplitude there and nothing three lines on; the button follows the zoom.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn exact_spectrum_of_what_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    write_page(&["simulate", "examples/linear_chain.toml"], &page);
+    let mut browser = Browser::start(folder.path());
+    browser.open(&format!("file://{}", page.display()));
+    let sine = "(() => { const x = Float64Array.from({ length: 8193 }, (_, i) => i / 8192); const found = G.amplitudes(x, x.map((t) => 3 + 2 * Math.sin(100 * Math.PI * t)), [0, 1]); return [found.x[49], found.y[49], found.y[52], found.x.length]; })()";
+    let found = browser.value(sine);
+    let [at, line, next] = [0, 1, 2].map(|k| found[k].as_f64().unwrap());
+    assert!(
+        (at - 50.0).abs() < 1e-9 && (line - 2.0).abs() < 1e-4 && next < 1e-4,
+        "{found}"
+    );
+    assert_eq!(found[3], json!(4096));
+    // The extremes are marked where they were found, between the samples as well.
+    let marks = browser.value("G.plots[0].labels.map((l) => [l.text, l.x, l.y])");
+    assert_eq!(marks[0][0], json!("greatest"));
+    assert!(
+        (marks[0][1].as_f64().unwrap() - 0.2626).abs() < 1e-4,
+        "{marks}"
+    );
+    let count = browser.value("G.plots.length").as_u64().unwrap();
+    browser.value("([...document.querySelectorAll('.tools button')].find((b) => b.textContent === 'spectrum').click(), 0)");
+    let lines = "G.plots.at(-1).curves[0].x.length";
+    assert_eq!(browser.value("G.plots.length"), json!(count + 1));
+    let whole = browser.value(lines).as_u64().unwrap();
+    browser.value("(G.plots[0].host.focus(), 0)");
+    browser.press("+");
+    assert!(
+        browser.value(lines).as_u64().unwrap() < whole,
+        "it follows the zoom"
+    );
+    assert_eq!(browser.value("G.plots[0].y.label"), json!("mrad"));
+}
+
+/// A million points in two outputs: the size of the page; the times to its last stroke and of a zoom step are printed.
+#[test]
+#[ignore = "a study of half a minute: cargo test --test command million -- --ignored --nocapture"]
+fn law_page_of_a_million_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let line = "simulate examples/linear_chain.toml --samples 1e6 --output chain.20.theta,chain.1.theta --no-sensitivity";
+    write_page(&line.split(' ').collect::<Vec<_>>(), &page);
+    let (whole, _) = sizes(&page);
+    assert!(whole <= MILLION, "{whole} bytes");
+    let mut browser = Browser::start(folder.path());
+    browser.open(&format!("file://{}", page.display()));
+    let ready = browser.value("document.documentElement.dataset.ready");
+    browser.value("(G.plots[0].host.focus(), 0)");
+    let step = "(async () => { const times = []; for (let k = 0; k < 12; k++) { const from = performance.now(); G.plots[0].host.dispatchEvent(new KeyboardEvent('keydown', { key: '+' })); await null; times.push(performance.now() - from); } return times; })()";
+    println!(
+        "{whole} bytes, ready after {ready} ms, zoom steps {} ms",
+        browser.value(step)
+    );
+}
+
+/// `--open` hands the page to the opener of the desktop, and is refused before any work where there is none.
+#[test]
+#[cfg(target_os = "linux")]
+fn exact_open_calls_the_opener() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let (page, note) = (folder.path().join("page.html"), folder.path().join("note"));
+    let run = |path: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_geardyn"));
+        command
+            .args([
+                "modes",
+                "models/two_disc.toml",
+                "--quiet",
+                "--open",
+                "--html",
+            ])
+            .arg(&page)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .env("PATH", path);
+        command.output().unwrap()
+    };
+    let found = run(&folder.path().join("nowhere"));
+    let message = String::from_utf8_lossy(&found.stderr);
+    assert_eq!(found.status.code(), Some(2), "{message}");
+    assert!(message.contains("xdg-open") && !page.exists(), "{message}");
+    let opener = folder.path().join("xdg-open");
+    let script = format!(
+        "#!/bin/sh\necho \"$1\" > '{0}.part'; /bin/mv '{0}.part' '{0}'\n",
+        note.display()
+    );
+    std::fs::write(&opener, script).unwrap();
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(run(folder.path()).status.code(), Some(0));
+    // The command does not wait for the opener.
+    while !note.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let opened = std::fs::read_to_string(&note).unwrap();
+    assert_eq!(opened.trim_end(), page.to_str().unwrap());
 }
 
 /// Where reduced motion is requested, nothing moves unless it is played.
@@ -400,6 +576,10 @@ fn law_pages_work_in_a_second_browser() {
         let zoomed = [part(x0, x1, 0.25), part(x0, x1, 0.5), y0, y1];
         let range = zoomed.map(|v| v.to_string()).join(":");
         browser.open(&format!("{address}#{}={range}", name.as_str().unwrap()));
-        assert_eq!(numbers(&browser.value(SHOWN))[0], zoomed, "{kind}");
+        let again = numbers(&browser.value(SHOWN))[0];
+        for (a, b) in again.iter().zip(zoomed) {
+            // The last digit may change on the way through text.
+            assert!((a - b).abs() <= 1e-14 * b.abs(), "{kind}: {a} {b}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, list, number, switch, word};
-use super::output::OutputArgs;
+use super::output::{OutputArgs, PageArgs};
 use crate::scene::bevel_file::ContactSide;
 use crate::scene::correction_study::{FlankSide, Member};
 use crate::scene::gear_file::{BodyModel, MeshMethod};
@@ -133,9 +133,9 @@ pub struct ReverseArgs {
     /// Write the candidates
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Write a page with the result, which opens in a browser without a network
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
+    /// The page.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,

@@ -9,7 +9,7 @@ pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
 pub use motion::{AccuracyArgs, SimulateArgs, StabilityArgs};
-pub use output::OutputArgs;
+pub use output::{OutputArgs, PageArgs};
 pub use response::ResponseArgs;
 pub use spectrum::SpectrumArgs;
 pub use te::TeArgs;
@@ -232,9 +232,9 @@ pub struct RunArgs {
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
-    /// Write a page with tables and interactive figures of all studies, which opens in a browser without a network
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
+    /// The page of all studies.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// Draw the figures of all studies into this folder, as NUMBER-STUDY.svg
     #[arg(long, value_name = "DIR")]
     pub svg: Option<PathBuf>,

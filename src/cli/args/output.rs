@@ -8,6 +8,17 @@ use super::keys::word_parser;
 use crate::base::table_reader::Word;
 use crate::report::figure::LogAxis;
 
+/// The page of a command.
+#[derive(Debug, Clone, Default, Args)]
+pub struct PageArgs {
+    /// Write a page with tables and interactive figures, which opens in a browser without a network
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Open the page of --html in the default browser
+    #[arg(long, requires = "html")]
+    pub open: bool,
+}
+
 /// Outputs of a command next to its tables. A command says in its own words what `--csv` and `--svg` hold by `mut_arg`.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Output")]
@@ -24,9 +35,9 @@ pub struct OutputArgs {
     /// Logarithmic abscissa (x) or ordinate (y) of the first figure; refused where the axis holds zero or less
     #[arg(long, value_parser = word_parser::<LogAxis>(), value_name = "AXIS")]
     pub log: Option<LogAxis>,
-    /// Write a page with tables and interactive figures, which opens in a browser without a network
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
+    /// The page.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,

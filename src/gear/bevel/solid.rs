@@ -20,6 +20,16 @@ pub struct Solid {
     pub triangles: Vec<[usize; 3]>,
 }
 
+/// One pitch of the surface of a gear: rings of equally many points, toe to heel and back along the inner face; each ring goes on in the
+/// next pitch, the last is joined to the first. Lengths in m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sector {
+    /// Points, ring by ring.
+    pub points: Vec<[f64; 3]>,
+    /// Number of rings.
+    pub rings: usize,
+}
+
 /// A point in cylindrical coordinates.
 #[derive(Debug, Clone, Copy)]
 struct Cylindrical {
@@ -32,23 +42,36 @@ impl BevelTooth {
     /// The solid of the whole gear, `rows` points along the height and `columns` along the face; none where a flank does not exist or the
     /// flanks meet below the tip.
     pub fn solid(&self, rows: usize, columns: usize) -> Option<Solid> {
-        let sections: Option<Vec<Vec<Cylindrical>>> = (0..columns)
-            .map(|i| self.profile(i as f64 / (columns - 1) as f64, rows))
-            .collect();
-        let sections = sections?;
-        let section = &self.flanks[0].section;
         let pitch = self.pitch();
-        let whole = |profile: &[Cylindrical]| -> Vec<Cylindrical> {
-            let teeth = 0..self.teeth;
-            let turned = teeth.flat_map(|tooth| {
-                profile.iter().map(move |p| Cylindrical {
+        let whole = |ring: Vec<Cylindrical>| -> Vec<Cylindrical> {
+            let turned = (0..self.teeth).flat_map(|tooth| {
+                ring.iter().map(move |p| Cylindrical {
                     azimuth: p.azimuth + pitch * f64::from(tooth),
                     ..*p
                 })
             });
             turned.collect()
         };
-        let mut rings: Vec<Vec<Cylindrical>> = sections.iter().map(|p| whole(p)).collect();
+        let rings = self.rings(rows, columns)?.into_iter().map(whole);
+        Some(Solid::of_rings(&rings.collect::<Vec<_>>()))
+    }
+
+    /// One pitch of the solid.
+    pub fn sector(&self, rows: usize, columns: usize) -> Option<Sector> {
+        let rings = self.rings(rows, columns)?;
+        Some(Sector {
+            points: rings.iter().flatten().map(Cylindrical::point).collect(),
+            rings: rings.len(),
+        })
+    }
+
+    /// Rings of one pitch: the sections of the teeth from toe to heel, then the inner face from heel to toe.
+    fn rings(&self, rows: usize, columns: usize) -> Option<Vec<Vec<Cylindrical>>> {
+        let sections: Option<Vec<Vec<Cylindrical>>> = (0..columns)
+            .map(|i| self.profile(i as f64 / (columns - 1) as f64, rows))
+            .collect();
+        let mut rings = sections?;
+        let section = &self.flanks[0].section;
         for face in [1.0, 0.0] {
             let (root, below) = (section.at(face, 0.0), section.at(face, -1.0));
             let share = match below[1] < LEAST_INNER * root[1] {
@@ -60,7 +83,7 @@ impl BevelTooth {
             let inner = outer.iter().map(|p| Cylindrical { z, radius, ..*p });
             rings.push(inner.collect());
         }
-        Some(Solid::of_rings(&rings))
+        Some(rings)
     }
 
     /// One tooth and the root land behind it at a share of the face, by growing azimuth.
@@ -115,6 +138,13 @@ impl BevelTooth {
     }
 }
 
+impl Cylindrical {
+    fn point(&self) -> [f64; 3] {
+        let (sin, cos) = self.azimuth.sin_cos();
+        [self.radius * cos, self.radius * sin, self.z]
+    }
+}
+
 /// Points between two ends of a land.
 fn land(from: Cylindrical, to: Cylindrical) -> impl Iterator<Item = Cylindrical> {
     (1..=LAND).map(move |i| {
@@ -132,14 +162,7 @@ impl Solid {
     /// The torus over rings of equally many points, each joined to the next and the last to the first.
     fn of_rings(rings: &[Vec<Cylindrical>]) -> Solid {
         let (count, around) = (rings.len(), rings[0].len());
-        let points: Vec<[f64; 3]> = rings
-            .iter()
-            .flatten()
-            .map(|p| {
-                let (sin, cos) = p.azimuth.sin_cos();
-                [p.radius * cos, p.radius * sin, p.z]
-            })
-            .collect();
+        let points: Vec<[f64; 3]> = rings.iter().flatten().map(Cylindrical::point).collect();
         let mut triangles = Vec::with_capacity(2 * points.len());
         for ring in 0..count {
             for k in 0..around {

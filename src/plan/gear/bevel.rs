@@ -7,6 +7,7 @@ use super::bevel_mesh::{self, BevelMeshResult};
 use super::bevel_quantities::quantities;
 use super::bevel_stability;
 use super::geometry::GearQuantity;
+use super::pattern_states::PatternStates;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
@@ -29,6 +30,8 @@ pub struct BevelResult {
     pub limits: Vec<BevelLimit>,
     /// Contact of the requested flanks.
     pub contact: Option<BevelContact>,
+    /// Contacts moved by V and H over the range of the V–H check, where it is requested.
+    pub states: Option<PatternStates>,
     /// The pair under load, where the file has a torque.
     pub mesh: Option<BevelMeshResult>,
     /// Stages with what they do.
@@ -79,6 +82,7 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         _ => None,
     };
     Ok(BevelResult {
+        states: contact.as_ref().and_then(|c| PatternStates::of(file, c)),
         mesh,
         quantities: quantities(file, &members),
         plan: plan(file),

@@ -1,5 +1,7 @@
 //! Unloaded contact of a bevel pair: transmission error with hand-over, ellipses, pattern, ease-off, V–H check.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use crate::base::error::Diagnostic;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::tooth_section::Side;
@@ -139,7 +141,7 @@ pub fn contact(
 }
 
 /// The leading pair at equal steps about the reference.
-fn leading(
+pub(super) fn leading(
     pair: &FlankPair,
     path: &ContactPath,
     pitches: f64,
@@ -256,19 +258,45 @@ pub fn outline(
     point: &BevelContactPoint,
     member: usize,
 ) -> Option<Vec<[f64; 2]>> {
+    (0..OUTLINE)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * i as f64 / OUTLINE as f64;
+            on_ellipse(pair, point, member, angle)
+        })
+        .collect()
+}
+
+/// Half axes of an ellipse in shares of face and height of a member, the longer one first.
+pub fn half_axes(
+    pair: &FlankPair,
+    point: &BevelContactPoint,
+    member: usize,
+) -> Option<[[f64; 2]; 2]> {
+    let half = |angle: f64| -> Option<[f64; 2]> {
+        let ends = [angle, angle + PI].map(|at| on_ellipse(pair, point, member, at));
+        let [Some(a), Some(b)] = ends else {
+            return None;
+        };
+        Some([0, 1].map(|k| 0.5 * (a[k] - b[k])))
+    };
+    Some([half(0.0)?, half(FRAC_PI_2)?])
+}
+
+/// A point of an ellipse's outline at a parameter, rad, in shares of face and height of a member.
+fn on_ellipse(
+    pair: &FlankPair,
+    point: &BevelContactPoint,
+    member: usize,
+    angle: f64,
+) -> Option<[f64; 2]> {
     let (contact, ellipse) = (&point.contact, point.ellipse.as_ref()?);
     let across = contact.normal.cross(ellipse.direction);
     let [long, short] = ellipse.semi_axes;
-    let axis = pair.turn(member).w;
-    (0..OUTLINE)
-        .map(|i| {
-            let (sin, cos) = (std::f64::consts::TAU * i as f64 / OUTLINE as f64).sin_cos();
-            let at = contact.point + ellipse.direction * (long * cos) + across * (short * sin);
-            let off = at - pair.centre(member);
-            let place = [off.dot(axis), axis.cross(off).norm()];
-            pair.flanks[member].section.shares(place)
-        })
-        .collect()
+    let (sin, cos) = angle.sin_cos();
+    let at = contact.point + ellipse.direction * (long * cos) + across * (short * sin);
+    let (off, axis) = (at - pair.centre(member), pair.turn(member).w);
+    let place = [off.dot(axis), axis.cross(off).norm()];
+    pair.flanks[member].section.shares(place)
 }
 
 /// Ends of the pattern on a member.

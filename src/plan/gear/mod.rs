@@ -45,6 +45,9 @@ pub mod space;
 /// Contact of a bevel pair.
 pub mod bevel_contact;
 
+/// Contacts of a bevel pair moved by V and H.
+pub mod pattern_states;
+
 /// Theory of a bevel pair at its pitch point.
 pub mod hypoid_theory;
 

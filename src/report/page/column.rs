@@ -1,4 +1,4 @@
-//! Long lists of numbers of a page: bytes ordered by significance, deflated, as text.
+//! Long lists of numbers of a page: differences of their bit patterns, bytes ordered by significance, deflated, as text.
 
 use std::io::Write;
 
@@ -87,9 +87,16 @@ impl Columns {
     }
 }
 
-/// The values of a long list of nothing but numbers.
+/// The values of a long list of nothing but numbers; missing ones become NaN.
 fn numbers(list: &[Value]) -> Option<Vec<f64>> {
-    let values = || list.iter().map(Value::as_f64).collect();
+    let value = |v: &Value| {
+        if v.is_null() {
+            Some(f64::NAN)
+        } else {
+            v.as_f64()
+        }
+    };
+    let values = || list.iter().map(value).collect();
     if list.len() < SHORT { None } else { values() }
 }
 
@@ -117,18 +124,25 @@ fn fits_single(values: &[f64]) -> bool {
     !is_small && known().all(|&v| (f64::from(v as f32) - v).abs() <= limit)
 }
 
-/// Bytes of all values, the first of each, the second of each and so on; deflated, in base 64.
+/// The difference of the bit pattern of each value to the one before, which is small where values vary slowly: of all differences the first
+/// bytes, the second bytes and so on; deflated, in base 64.
 fn pack(values: &[f64]) -> String {
-    let bytes: Vec<Vec<u8>> = match fits_single(values) {
-        true => values
-            .iter()
-            .map(|v| (*v as f32).to_le_bytes().to_vec())
-            .collect(),
-        false => values.iter().map(|v| v.to_le_bytes().to_vec()).collect(),
+    let (size, bits): (usize, Vec<u64>) = match fits_single(values) {
+        true => (
+            4,
+            values
+                .iter()
+                .map(|v| u64::from((*v as f32).to_bits()))
+                .collect(),
+        ),
+        false => (8, values.iter().map(|v| v.to_bits()).collect()),
     };
-    let size = bytes.first().map_or(0, Vec::len);
+    let before = std::iter::once(&0).chain(&bits);
+    let differences: Vec<u64> = (bits.iter().zip(before))
+        .map(|(now, before)| now.wrapping_sub(*before))
+        .collect();
     let shuffled: Vec<u8> = (0..size)
-        .flat_map(|k| bytes.iter().map(move |b| b[k]))
+        .flat_map(|k| differences.iter().map(move |d| d.to_le_bytes()[k]))
         .collect();
     STANDARD.encode(deflate(&shuffled))
 }
@@ -152,11 +166,17 @@ mod tests {
         flate2::read::DeflateDecoder::new(&packed[..])
             .read_to_end(&mut bytes)
             .unwrap();
-        let byte = |i: usize, k: usize| bytes[k * count + i];
+        let size = if single { 4 } else { 8 };
+        let byte = |i: usize, k: usize| if k < size { bytes[k * count + i] } else { 0 };
+        let mut bits = 0u64;
         (0..count)
-            .map(|i| match single {
-                true => f64::from(f32::from_le_bytes(std::array::from_fn(|k| byte(i, k)))),
-                false => f64::from_le_bytes(std::array::from_fn(|k| byte(i, k))),
+            .map(|i| {
+                let difference = u64::from_le_bytes(std::array::from_fn(|k| byte(i, k)));
+                bits = bits.wrapping_add(difference);
+                match single {
+                    true => f64::from(f32::from_bits(bits as u32)),
+                    false => f64::from_bits(bits),
+                }
             })
             .collect()
     }

@@ -17,7 +17,9 @@ use crate::base::error::Diagnostic;
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const SPECTRUM_SCRIPT: &str = include_str!("line_spectrum.js");
 const PLAYER_SCRIPT: &str = include_str!("kinds/player.js");
+const SPACE_SCRIPT: &str = include_str!("kinds/space.js");
 const PLOT_STYLE: &str = include_str!("vendor/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot.iife.min.js");
 const PLOT_LICENCE: &str = include_str!("vendor/LICENSE");
@@ -35,6 +37,9 @@ pub struct Section {
     csv: String,
 }
 
+/// Abscissa of the plots that the script gives a button for their spectrum.
+const TIME: &str = "time, s";
+
 /// Largest table that a page holds, bytes: longer ones belong in a file of their own.
 const MAX_TABLE: usize = 1 << 19;
 
@@ -48,13 +53,16 @@ impl Section {
             .collect();
         let early = result.interruption().unwrap_or_default();
         let csv = result.table().csv();
+        let views = result.views();
+        let replaced = |f: &Figure| views.iter().any(|v| v.replaces.contains(&f.suffix));
+        let figures = figures.into_iter().filter(|f| !replaced(f)).collect();
         Section {
             heading: heading.to_string(),
             title: about.title.to_string(),
             text: result.text(),
             notes: repairs + &result.notes() + &early,
             warnings: about.warnings.to_vec(),
-            views: result.views(),
+            views,
             figures,
             csv: if csv.len() <= MAX_TABLE {
                 csv
@@ -72,6 +80,15 @@ impl Section {
         });
         let mut all = std::iter::once(self.title.as_str()).chain(figures);
         all.find(|t| !t.is_empty()).unwrap_or(&self.heading)
+    }
+
+    /// Whether a plot has a spectrum.
+    fn is_over_time(&self) -> bool {
+        let over_time = |figure: &Figure| match &figure.content {
+            FigureContent::Plots(plots) => plots.plots.iter().any(|p| p.x.label == TIME),
+            FigureContent::Drawing(_) => false,
+        };
+        self.figures.iter().any(over_time)
     }
 
     fn json(&self, columns: &mut Columns) -> Value {
@@ -102,6 +119,7 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     let kinds: BTreeSet<ViewKind> = (sections.iter().flat_map(|s| &s.views))
         .map(|v| v.kind)
         .collect();
+    let over_time = sections.iter().any(Section::is_over_time);
     let sections: Vec<Value> = sections.iter().map(|s| s.json(&mut columns)).collect();
     let version = env!("CARGO_PKG_VERSION");
     let data =
@@ -115,8 +133,8 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
         ("{{data}}", data),
         ("{{columns}}", columns.elements()),
         ("{{plot_script}}", PLOT_SCRIPT.to_string()),
-        ("{{script}}", SCRIPT.to_string()),
-        ("{{kinds}}", kind_scripts(&kinds)),
+        ("{{script}}", compact(SCRIPT)),
+        ("{{kinds}}", kind_scripts(&kinds, over_time)),
     ];
     fill(TEMPLATE, &parts)
 }
@@ -127,16 +145,35 @@ fn kind_script(kind: ViewKind) -> &'static str {
         ViewKind::Modes => include_str!("kinds/modes.js"),
         ViewKind::Points => include_str!("kinds/points.js"),
         ViewKind::Teeth => include_str!("kinds/teeth.js"),
+        ViewKind::Pair => include_str!("kinds/pair.js"),
+        ViewKind::Surface => include_str!("kinds/surface.js"),
     }
 }
 
-/// The elements with the scripts of the kinds of views of a page.
-fn kind_scripts(kinds: &BTreeSet<ViewKind>) -> String {
+/// A script without indentation, lines of comments and spaces about some operators.
+fn compact(script: &str) -> String {
+    let lines = script.lines().map(str::trim);
+    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    let tight = |line: &str| {
+        [" => ", " === ", " && "]
+            .into_iter()
+            .fold(line.to_string(), |text, sign| {
+                text.replace(sign, sign.trim())
+            })
+    };
+    kept.map(|line| tight(line) + "\n").collect()
+}
+
+/// The elements with the scripts of the spectrum and of the kinds of views of a page.
+fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
     let player = (!kinds.is_empty()).then_some(PLAYER_SCRIPT);
-    let all = player
-        .into_iter()
+    let in_space = [ViewKind::Pair, ViewKind::Surface];
+    let space = (in_space.iter().any(|k| kinds.contains(k))).then_some(SPACE_SCRIPT);
+    let spectrum = over_time.then_some(SPECTRUM_SCRIPT);
+    let all = (spectrum.into_iter().chain(player))
+        .chain(space)
         .chain(kinds.iter().map(|k| kind_script(*k)));
-    all.map(|script| format!("<script>\n{script}</script>\n"))
+    all.map(|script| format!("<script>\n{}</script>\n", compact(script)))
         .collect()
 }
 

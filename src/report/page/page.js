@@ -12,7 +12,7 @@
   };
   const colour = (name) => getComputedStyle(root).getPropertyValue(name).trim();
 
-  // Columns: bytes ordered by significance, deflated, in base 64.
+  // Columns: differences of bit patterns, bytes ordered by significance, deflated, in base 64.
   const columns = new Map();
   function inflated(id) {
     const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
@@ -25,6 +25,13 @@
       const size = single ? 4 : 8;
       const bytes = new Uint8Array(length * size);
       for (let k = 0; k < size; k++) for (let i = 0; i < length; i++) bytes[i * size + k] = shuffled[k * length + i];
+      // Sums of the differences, of doubles in two halves with a carry.
+      const words = new Uint32Array(bytes.buffer), step = size / 4;
+      for (let i = step; i < words.length; i += step) {
+        const low = words[i] + words[i - step];
+        words[i] = low;
+        if (step === 2) words[i + 1] += words[i - 1] + (low > 0xffffffff ? 1 : 0);
+      }
       columns.set(id, single ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer));
     }
     return columns.get(id);
@@ -59,7 +66,7 @@
     const [size, prefix] = [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]].find(([s]) => Math.abs(x) >= s * 0.9999) ?? [1, ""];
     return number(x / size) + " " + prefix + unit;
   };
-  const axisText = (axis) => (axis.unit ? (x) => prefixed(x, axis.unit) : number);
+  const axisText = (axis) => (axis.unit ? (x) => prefixed(x, axis.unit) : (x) => number(x * axis.factor));
 
   // Ranges.
   function extent(lists, positive) {
@@ -142,7 +149,8 @@
     }
   }
   // A line; of points in rising order that share a pixel column only first, lowest, highest and last are drawn.
-  function drawLine(plot, ctx, { x, y, rising }) {
+  function drawLine(plot, ctx, curve) {
+    const { x, y, rising } = curve;
     const [px, py] = [plot.toX, plot.toY];
     let [from, to] = [0, x.length];
     if (rising) {
@@ -150,6 +158,7 @@
       from = Math.max(search(x, low) - 1, 0);
       to = Math.min(search(x, high) + 2, x.length);
     }
+    if (rising && to - from > BLOCK * 1500) return drawBlocks(plot, ctx, curve, [Math.floor(from / BLOCK), Math.ceil(to / BLOCK)]);
     ctx.beginPath();
     let open = false;
     const point = (cx, cy) => { open ? ctx.lineTo(cx, cy) : ctx.moveTo(cx, cy); open = true; };
@@ -172,6 +181,27 @@
         [low, high, last] = [Math.min(low, cy), Math.max(high, cy), cy];
       }
       flush();
+    }
+    ctx.stroke();
+  }
+  // A very long line by the extremes of blocks of its points, each several to a pixel.
+  const BLOCK = 64;
+  function drawBlocks(plot, ctx, curve, [from, to]) {
+    const { x, y } = curve;
+    const end = (none, side) => Float64Array.from({ length: Math.ceil(y.length / BLOCK) }, (_, k) => {
+      let far = none;
+      for (let i = k * BLOCK; i < Math.min(y.length, (k + 1) * BLOCK); i++) if (side ? y[i] > far : y[i] < far) far = y[i];
+      return far;
+    });
+    curve.blocks ??= [Infinity, -Infinity].map(end);
+    ctx.beginPath();
+    let open = false;
+    for (let k = from; k < to; k++) {
+      const cx = plot.toX(x[k * BLOCK]), low = plot.toY(curve.blocks[0][k]), high = plot.toY(curve.blocks[1][k]);
+      if (!Number.isFinite(low + high)) { open = false; continue; }
+      open ? ctx.lineTo(cx, low) : ctx.moveTo(cx, low);
+      ctx.lineTo(cx, high);
+      open = true;
     }
     ctx.stroke();
   }
@@ -360,6 +390,7 @@
     all.type = "button";
     all.title = "show all (key 0)";
     all.addEventListener("click", () => reset(plot));
+    if (plot.x.label === "time, s") tools.append(G.spectrumButton(plot, host), " ");
     tools.append(all, " ", csv);
     host.append(tools);
     G.plots.push(plot);
@@ -415,6 +446,7 @@
       p.u.redraw(true, true);
       p.u.setScale("x", { min: x[0], max: x[1] });
       p.u.setScale("y", { min: p.shown.y[0], max: p.shown.y[1] });
+      p.follow?.();
     }
     writeAddress();
   }
@@ -464,8 +496,8 @@
     if (best.curve) {
       const { curve, i } = best;
       const near = plot.labels.find((l) => l.x === curve.x[i] && l.y === curve.y[i]);
-      const interval = curve.low.length ? ` (${number(curve.low[i])} … ${number(curve.high[i])})` : "";
-      text = `${near ? near.text + "\n" : curve.name ? curve.name + "\n" : ""}${plot.x.label}: ${axisText(plot.x)(curve.x[i])}\n${plot.y.label}: ${axisText(plot.y)(curve.y[i])}${interval}`;
+      const interval = curve.low.length ? ` (${axisText(plot.y)(curve.low[i])} … ${axisText(plot.y)(curve.high[i])})` : "";
+      text = `${near ? near.text + "\n" : curve.name ? curve.name + "\n" : ""}${plot.x.label}: ${axisText(plot.x)(curve.x[i])}\n${plot.y.label}: ${axisText(plot.y)(curve.y[i])}${interval}${curve.along ? `\n${curve.along.label}: ${number(curve.along.values[i])}` : ""}`;
     } else if (plot.map) {
       const { map } = plot;
       const [x, y] = [plot.u.posToVal(mx, "x"), plot.u.posToVal(my, "y")];
@@ -499,9 +531,10 @@
       return rows.join("\n") + "\n";
     }
     const rows = [["curve", plot.x.label, plot.y.label].map(cell).join(",")];
-    for (const c of plot.curves) for (let i = 0; i < c.x.length; i++) rows.push([cell(c.name), c.x[i], Number.isFinite(c.y[i]) ? c.y[i] : ""].join(","));
+    for (const c of plot.curves) for (let i = 0; i < c.x.length; i++) rows.push([cell(c.name), scaled(plot.x, c.x[i]), Number.isFinite(c.y[i]) ? scaled(plot.y, c.y[i]) : ""].join(","));
     return rows.join("\n") + "\n";
   };
+  const scaled = (axis, v) => (axis.factor === 1 ? v : Number((v * axis.factor).toPrecision(15)));
   const save = (plot) => download(plot.name + ".csv", G.csv(plot));
   function tableOf(csv) {
     const MOST = 400;
@@ -545,7 +578,10 @@
   }
 
   async function unpack(plot) {
-    for (const curve of plot.curves) for (const part of ["x", "y", "low", "high", "radii"]) curve[part] = await list(curve[part]);
+    for (const curve of plot.curves) {
+      for (const part of ["x", "y", "low", "high", "radii"]) curve[part] = await list(curve[part]);
+      if (curve.along) curve.along.values = await list(curve.along.values);
+    }
     if (plot.map) for (const part of ["from", "to", "levels"]) plot.map[part] = await list(plot.map[part]);
   }
   async function figure(figure, host, name) {
@@ -621,7 +657,7 @@
   addEventListener("afterprint", () => theme(before));
 
   // For views: the script of a kind names its drawing, which takes the data and an element.
-  Object.assign(G, { element, colour, number, tip: showTip, kind: (name, draw) => (G.kinds[name] = draw) });
+  Object.assign(G, { element, colour, number, shade, makePlot, tip: showTip, kind: (name, draw) => (G.kinds[name] = draw) });
   G.start = async () => {
     document.querySelector("h1").textContent = data.title;
     document.querySelector(".command").textContent = data.command;
@@ -635,6 +671,7 @@
     for (let k = 0; k < data.sections.length; k++) await section(data.sections[k], k, main);
     readAddress();
     ready = true;
-    root.dataset.ready = "true";
+    // Milliseconds from the call of the page.
+    root.dataset.ready = Math.ceil(performance.now());
   };
 })();
