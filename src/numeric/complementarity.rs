@@ -174,7 +174,7 @@ impl ContactProblem {
         Err(self.no_end(self.most_sets(), to))
     }
 
-    /// What keeps each point in or out of an active set at a load, with its rate over the load: the force of a point that carries, the gap
+    /// Margin of each point in or out of an active set at a load, with its rate over the load: the force of a point that carries, the gap
     /// of one that does not.
     ///
     /// Errors: `IllPosed` where the compliance is not positive definite.

@@ -8,7 +8,7 @@ use crate::base::error::Diagnostic;
 /// Sampling of the pulses of a force, by the fall of its spectrum towards half the sample rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PulseSampling {
-    /// It falls by [`RESOLVED_SHARE`] or more.
+    /// It falls by 30 dB or more.
     Resolved,
     /// It falls less, by so many decibels: what lies above may be driven, and folded down.
     Folded(f64),
@@ -26,7 +26,7 @@ const UNFILTERED_SHARE: f64 = 0.5;
 const LAST_SHARE: usize = 50;
 
 impl PulseSampling {
-    /// Of the power of a force by line, from zero to half the sample rate.
+    /// Sampling of a force by the power of its lines, from zero to half the sample rate.
     pub fn new(power: &[f64]) -> PulseSampling {
         let largest = power.iter().copied().fold(0.0, f64::max);
         let top = |share: usize| {

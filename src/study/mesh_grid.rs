@@ -27,7 +27,7 @@ struct Grids {
     reference: [usize; 2],
     /// The size of a method with such a grid.
     size: fn([usize; 2]) -> ModelSize,
-    /// What lies along the face.
+    /// Name of the parts along the face.
     name: &'static str,
 }
 

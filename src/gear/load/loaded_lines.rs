@@ -40,7 +40,7 @@ pub struct LoadedLines {
     compliance: f64,
 }
 
-/// How the linear problem of a sweep takes the widths.
+/// Dependence of the widths on the forces within the linear problem of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Slope {
     /// They grow with the forces.

@@ -20,7 +20,7 @@ pub(super) struct ModeCandidate<'a> {
     pub departs: bool,
     /// The responses are those to single hits.
     pub by_hit: bool,
-    /// Its residues repeat from hit to hit.
+    /// Residues repeat from hit to hit.
     pub repeats: bool,
     /// Neither noise nor departures explain the misfit: the lines that decide are taken for exact.
     pub unexplained: bool,

@@ -28,7 +28,7 @@ pub struct StabilityCase {
 pub struct ContactState {
     /// Centre of the pattern, the places weighted with their forces, as shares of face and height of the pinion.
     pub centre: [f64; 2],
-    /// Its shift from that of the file at the same torque along face and height, m.
+    /// Shift from the centre of the file at the same torque along face and height, m.
     pub shift: [f64; 2],
     /// Peak-to-peak transmission error, rad at the gear.
     pub peak_to_peak: f64,
