@@ -73,7 +73,8 @@ mod tests {
 
     use super::*;
 
-    /// Half a sine of so many samples has a spectrum known in closed form: `cos(πfτ)/(1 − 4f²τ²)`, without folding.
+    /// Half a sine of so many samples has a spectrum known in closed form: `cos(πfτ)/(1 − 4f²τ²)`, without folding; of two samples it falls
+    /// by 7.4 dB at nine tenths and by 9.5 dB at the end of the band.
     #[test]
     fn law_longer_pulses_are_resolved() {
         let of = |width: f64| {
@@ -83,7 +84,7 @@ mod tests {
             };
             PulseSampling::new(&(0..=1000).map(line).collect::<Vec<f64>>())
         };
-        assert!(matches!(of(2.0), PulseSampling::Folded(db) if (10.0..30.0).contains(&db)));
+        assert!(matches!(of(2.0), PulseSampling::Folded(db) if (7.4..9.6).contains(&db)));
         assert!(matches!(of(4.0), PulseSampling::Folded(_)));
         assert_eq!(of(8.0), PulseSampling::Resolved);
         assert_eq!(PulseSampling::new(&[1.0; 100]), PulseSampling::Unresolved);
