@@ -56,7 +56,14 @@ fn law_shipped_models_are_right() {
     for model in models() {
         let found = document(&["check", &model, "--json"]);
         assert!(found["title"].as_str().unwrap().len() > 10, "{model}");
-        assert_eq!(found["warnings"], Value::Array(Vec::new()), "{model}");
+        let warnings = found["warnings"].as_array().unwrap();
+        let codes: Vec<&str> = warnings.iter().filter_map(|w| w["code"].as_str()).collect();
+        // The published pair of the box touches at its edges under load.
+        let expected: &[&str] = match model.as_str() {
+            "models/bevel_box.toml" => &["edge-contact"],
+            _ => &[],
+        };
+        assert_eq!(codes, expected, "{model}");
         let file = std::fs::read_to_string(root().join(&model)).unwrap();
         assert!(
             file.contains("source") && file.lines().count() < 200,

@@ -97,7 +97,7 @@ fn assert_modes(found: &Value, what: &str, share: f64) {
     }
 }
 
-const KEYS: [&str; 24] = [
+const KEYS: [&str; 26] = [
     "mode",
     "frequency_hz",
     "frequency_std_hz",
@@ -115,11 +115,13 @@ const KEYS: [&str; 24] = [
     "damping_spread",
     "envelope_kurtosis",
     "on_order",
+    "on_mains",
     "phase_collinearity",
     "mean_phase_rad",
     "mean_phase_deviation_rad",
     "complexity",
     "shape",
+    "shape_on_points",
     "modal_mass",
     "participation",
 ];
