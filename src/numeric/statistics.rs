@@ -11,6 +11,21 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// Least and greatest value; `(∞, −∞)` of none.
+pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let widened = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
+    values.into_iter().fold(none, widened)
+}
+
+/// Greatest less least value; zero of none.
+pub fn peak_to_peak(values: &[f64]) -> f64 {
+    match extremes(values.iter().copied()) {
+        (low, high) if low > high => 0.0,
+        (low, high) => high - low,
+    }
+}
+
 /// The value a standard normal variable stays below with probability `p`, `0 < p < 1`.
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)

@@ -1,12 +1,7 @@
 //! Plot axes: linear and logarithmic ranges, grids, thinning of dense curves.
 
 use super::svg::{Canvas, Colour, LIGHT_GREY, LineStyle, Panel, Point2, ticks};
-
-/// Least and greatest of values; infinite where there are none.
-pub fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let none = (f64::INFINITY, f64::NEG_INFINITY);
-    values.fold(none, |(low, high), x| (low.min(x), high.max(x)))
-}
+use crate::numeric::statistics::extremes;
 
 /// Decades a logarithmic scale shows below its top; what lies deeper is noise of the arithmetic.
 const MAX_DECADES: f64 = 8.0;

@@ -70,7 +70,7 @@ impl Presentation for BevelReport<'_> {
             "ease_off": contact.map(ease_off_json),
             "vh": contact.and_then(vh_json),
             "vh_states": result.states.as_ref().map(vh_states_json),
-            "mesh": result.mesh.as_ref().map(bevel_mesh::mesh_json),
+            "mesh": result.mesh.as_ref().map(|mesh| bevel_mesh::mesh_json(mesh, &result.studies)),
         }))
     }
 
@@ -95,7 +95,7 @@ impl Presentation for BevelReport<'_> {
             }
         }
         if let Some(mesh) = &result.mesh {
-            text += &format!("\n{}", bevel_mesh::text(mesh));
+            text += &format!("\n{}", bevel_mesh::text(mesh, &result.studies));
         }
         text
     }
@@ -147,10 +147,8 @@ impl Presentation for BevelReport<'_> {
                 "ease-off",
                 bevel_plot::draw_ease_off(title, contact),
             ));
-            if let Some(BevelMeshResult {
-                mesh, stability, ..
-            }) = &self.result.mesh
-            {
+            if let Some(BevelMeshResult { mesh, .. }) = &self.result.mesh {
+                let stability = &self.result.studies.stability;
                 all.push(Figure::new("mesh", bevel_mesh_plot::te(title, mesh)));
                 let pattern = bevel_mesh_plot::draw_pattern(title, &contact.pair, mesh);
                 all.push(Figure::new("load", pattern));

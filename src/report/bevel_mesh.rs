@@ -8,9 +8,10 @@ use super::number_format::significant;
 use super::table::{Table, decimal, or_dash};
 use crate::gear::load::flank_mesh::LEAST_ASPECT;
 use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
-use crate::gear::load::mesh_result::peak_to_peak;
 use crate::gear::load::tooth_plate::RootMoment;
-use crate::plan::gear::bevel_mesh::BevelMeshResult;
+use crate::numeric::statistics::extremes;
+use crate::numeric::statistics::peak_to_peak;
+use crate::plan::gear::bevel_mesh::{BevelMeshResult, MeshStudies};
 
 /// Sign of the transmission error.
 const TE_DIRECTION: &str =
@@ -24,14 +25,12 @@ fn along_normal(result: &BevelMeshResult, stiffness: f64) -> f64 {
 /// Least, mean and greatest of some values.
 fn spread(values: &[f64]) -> [f64; 3] {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let ends = (values.iter()).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {
-        [l.min(*x), h.max(*x)]
-    });
-    [ends[0], mean, ends[1]]
+    let (low, high) = extremes(values.iter().copied());
+    [low, mean, high]
 }
 
 /// Transmission error and stiffness, then what the flanks bear: one row a torque.
-pub fn text(result: &BevelMeshResult) -> String {
+pub fn text(result: &BevelMeshResult, studies: &MeshStudies) -> String {
     let mut text = format!(
         "{}te and k {TE_DIRECTION}\n\n{}local contact: {}; teeth: {}; left out: {}\n",
         stiffness_table(result).text(),
@@ -40,11 +39,11 @@ pub fn text(result: &BevelMeshResult) -> String {
         result.body,
         result.left_out.join(", ")
     );
-    if let Some(changes) = &result.changes {
+    if let Some(changes) = &studies.changes {
         text += &format!("\n{}", changes_table(result, changes).text());
     }
-    if !result.stability.is_empty() {
-        text += &format!("\n{}", bevel_stability::table(&result.stability).text());
+    if !studies.stability.is_empty() {
+        text += &format!("\n{}", bevel_stability::table(&studies.stability).text());
     }
     text
 }
@@ -153,7 +152,7 @@ fn load_table(result: &BevelMeshResult) -> Table<'static> {
 }
 
 /// The columns of `mesh`: lists over torques of lists over positions.
-pub fn mesh_json(result: &BevelMeshResult) -> Value {
+pub fn mesh_json(result: &BevelMeshResult, studies: &MeshStudies) -> Value {
     let (mesh, pairs) = (&result.mesh, result.mesh.pairs());
     let by = |value: &dyn Fn(&FlankLoad) -> f64| -> Vec<Vec<f64>> {
         mesh.cycles.iter().map(|c| c.of(value)).collect()
@@ -175,7 +174,7 @@ pub fn mesh_json(result: &BevelMeshResult) -> Value {
         let column = |k: usize| line.iter().map(|row| row[k]).collect::<Vec<f64>>();
         json!({ "face": column(0), "line_load_n_per_m": column(1) })
     };
-    let changes = result.changes.as_ref().map(|all| {
+    let changes = studies.changes.as_ref().map(|all| {
         let each = |path: &Vec<StripChange>| path.iter().map(change_json).collect::<Vec<_>>();
         all.iter().map(each).collect::<Vec<_>>()
     });
@@ -187,7 +186,7 @@ pub fn mesh_json(result: &BevelMeshResult) -> Value {
         "root_line_moment_n": of_root(|m| m.greatest),
         "lengthwise": mesh.cycles.iter().map(lengthwise).collect::<Vec<_>>(),
         "changes": changes,
-        "stability": bevel_stability::stability_json(&result.stability),
+        "stability": bevel_stability::stability_json(&studies.stability),
         "body": result.body,
         "left_out": result.left_out,
         "te_direction": TE_DIRECTION,

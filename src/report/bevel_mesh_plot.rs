@@ -9,7 +9,7 @@ use super::svg::{
 };
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::load::flank_result::{FlankMeshResult, LoadedPlace};
-use crate::gear::load::mesh_result::peak_to_peak;
+use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear_limits::MEMBERS;
 
 /// Torques shown over the pitch.

@@ -6,11 +6,12 @@ use super::number_format::{
     INTERVAL_FOOTNOTE, four_digits, interval, percent, significant, with_minus_signs,
 };
 use super::table::{Table, or_dash};
-use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
+use super::te_lines::{arcsec, degrees, direction_name, micrometres};
 use crate::base::text::pluralise;
 use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::encoder::index_pulses::IndexEvaluation;
 use crate::numeric::statistics::Z_95;
+use crate::numeric::statistics::peak_to_peak;
 use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoder_analysis::EncoderResult;
 

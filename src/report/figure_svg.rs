@@ -1,6 +1,6 @@
 //! Figures drawn as SVG: key, grids, curves, maps and labels of every plot.
 
-use super::axes::{clip_to_panel, extremes, linear_range, log_range, log_ticks};
+use super::axes::{clip_to_panel, linear_range, log_range, log_ticks};
 use super::figure::{
     Axis, Curve, Figure, FigureContent, Ink, Mark, NamePlacement, Plot, PlotColumn, PointLabel,
 };
@@ -10,6 +10,7 @@ use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
     Point2, WIDTH, colour_from_rgb, lighten, render_svg, spread_labels, text_width, ticks, widest,
 };
+use crate::numeric::statistics::extremes;
 
 const MARGIN_LEFT: f64 = 70.0;
 /// Right of the plots; with names at the ends of curves more.

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::axes::extremes;
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, LIGHT_GREY, LineStyle, Point2, WIDTH, lighten, render_svg, ticks,
 };
+use crate::numeric::statistics::extremes;
 use crate::plan::measure::charts::ChartPlot;
 
 /// Side of the square a chart has, three in a row.

@@ -11,6 +11,7 @@ use super::svg::{
 use super::view::{View, ViewKind};
 use crate::identify::point_shape::Displacement;
 use crate::numeric::Complex;
+use crate::numeric::statistics::extremes;
 use crate::plan::logs::identification_result::{IdentificationResult, IdentifiedMode, PointShapes};
 
 /// Modes drawn at most.
@@ -141,10 +142,7 @@ impl<'a> ShapeDrawing<'a> {
     fn new(shapes: &'a PointShapes, panel: (f64, f64)) -> ShapeDrawing<'a> {
         let points = &shapes.geometry.points;
         let extent = |of: &dyn Fn(&[f64; 3]) -> f64| {
-            let values = points.iter().map(|p| of(&p.at));
-            let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
+            let ends = extremes(points.iter().map(|p| of(&p.at)));
             (0.5 * (ends.0 + ends.1), ends.1 - ends.0)
         };
         let sides = [0, 1, 2].map(|k| extent(&|at| at[k]).1);

@@ -1,8 +1,8 @@
 //! Spectra as tables for a terminal: the strongest lines of each channel.
 
-use super::axes::extremes;
 use super::number_format::{four_digits, significant};
 use super::table::{Table, or_dash};
+use crate::numeric::statistics::extremes;
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, SpectrumKind, SpectrumResult,
 };

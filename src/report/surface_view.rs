@@ -7,6 +7,7 @@ use super::gear_cut_plot::flank_name;
 use super::view::{View, ViewKind};
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::contact::ease_off::EaseOff;
+use crate::numeric::statistics::extremes;
 use crate::plan::gear::cut_flank::CutFlankResult;
 use crate::scene::cut_file::CutFile;
 
@@ -61,9 +62,7 @@ fn surface(
     values: &[Option<f64>],
 ) -> Value {
     let known = || values.iter().flatten().map(|v| 1e6 * v);
-    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
+    let (low, high) = extremes(known());
     // Multiples of a power of two have few digits to store.
     let step = ((high - low).max(f64::MIN_POSITIVE) / STEPS)
         .log2()

@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use serde_json::{Value, json};
 
-use super::axes::extremes;
 use crate::encoder::flank::FlankEvaluation;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
@@ -123,12 +122,6 @@ pub fn degrees(angle: f64) -> f64 {
 /// Which way the input turned.
 pub fn direction_name(flank: &FlankEvaluation) -> &'static str {
     if flank.forward { "forward" } else { "backward" }
-}
-
-/// Greatest less least.
-pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let ends = extremes(values.iter().copied());
-    ends.1 - ends.0
 }
 
 /// A length on the line of action, µm, where the radius is known.

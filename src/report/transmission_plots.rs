@@ -1,6 +1,5 @@
 //! Plots of a transmission error: lines by order with their sources, the budget by element, lines over speed.
 
-use super::axes::extremes;
 use super::figure::{Axis, Curve, Figure, Ink, Mark, Plot, PlotColumn, PointLabel};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::number_format::{four_digits, percent};
@@ -10,6 +9,7 @@ use super::svg::{
 };
 use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
+use crate::numeric::statistics::extremes;
 use crate::plan::transmission::run::{OrderLineResult, SpeedMap, TransmissionResult};
 
 const MARGIN_LEFT: f64 = 70.0;

@@ -13,6 +13,7 @@ use crate::gear::bevel::settings;
 use crate::gear::contact::contact_path::{ContactPath, PITCHES};
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::reference::ContactForces;
+use crate::numeric::statistics::peak_to_peak;
 
 /// A bevel pair as a mesh of a model takes it from its gear file.
 #[derive(Debug)]
@@ -49,11 +50,7 @@ impl BevelMesh {
     /// # Errors
     /// Straight teeth; flanks that do not touch at every angle.
     pub fn new(file: MeshFile, bevel: BevelFile) -> Result<BevelMesh, Error> {
-        let refused = |why: &str| {
-            Error::new(Code::OutOfRange, why)
-                .with_span(&bevel.span)
-                .with_hint("`geardyn gear` on this file shows the contact and where it ends")
-        };
+        let refused = |why: &str| refused(&bevel, why);
         if bevel.is_conjugate() {
             return Err(refused(
                 "straight teeth are conjugate and give a machine no transmission error: state the data of the mesh in the model",
@@ -76,18 +73,13 @@ impl BevelMesh {
         bevel: BevelFile,
         flanks: [BevelFlank; 2],
     ) -> Result<BevelMesh, Error> {
-        let refused = |why: &str| {
-            Error::new(Code::OutOfRange, why)
-                .with_span(&bevel.span)
-                .with_hint("`geardyn gear` on this file shows the contact and where it ends")
-        };
+        let refused = |why: &str| refused(&bevel, why);
         let teeth = bevel.members.each_ref().map(|m| m.teeth);
         let pair = FlankPair::new(flanks, teeth, bevel.hand, &bevel.assembly());
-        let first = pair.first_contact().filter(|c| pair.is_near_teeth(c));
-        let first = first
-            .ok_or_else(|| refused("the flanks do not touch near the middle of their teeth"))?;
         let positions = bevel.contact.positions;
-        let path = pair.path(first, PITCHES.max(bevel.contact.pitches), positions);
+        let path = pair
+            .path_near_teeth(PITCHES.max(bevel.contact.pitches), positions)
+            .ok_or_else(|| refused("the flanks do not touch near the middle of their teeth"))?;
         let forces = ContactForces::of(&pair, &path.reference);
         let levers = forces.levers;
         let is_coast = bevel.contact.side == ContactSide::Coast;
@@ -103,7 +95,6 @@ impl BevelMesh {
         let te = te.ok_or_else(|| {
             refused("between two pairs of teeth there are angles at which none touches")
         })?;
-        let extreme = |pick: fn(f64, f64) -> f64| te.iter().copied().reduce(pick).unwrap_or(0.0);
         let cone_angles = bevel.members.each_ref().map(|m| m.blank.pitch_angle);
         let [alpha, beta_1] = forces.angles(0, cone_angles[0]);
         let [_, beta_2] = forces.angles(1, cone_angles[1]);
@@ -118,7 +109,7 @@ impl BevelMesh {
             module: 2.0 * levers[0] / (f64::from(teeth[0]) * alpha.cos()),
             levers,
             is_forward,
-            peak_to_peak: extreme(f64::max) - extreme(f64::min),
+            peak_to_peak: peak_to_peak(&te),
             te,
             bevel,
             pair,
@@ -140,4 +131,11 @@ impl BevelMesh {
     pub fn is_coast(&self) -> bool {
         self.bevel.contact.side == ContactSide::Coast
     }
+}
+
+/// The error of flanks that give a machine no mesh.
+fn refused(bevel: &BevelFile, why: &str) -> Error {
+    Error::new(Code::OutOfRange, why)
+        .with_span(&bevel.span)
+        .with_hint("`geardyn gear` on this file shows the contact and where it ends")
 }

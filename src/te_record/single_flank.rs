@@ -8,6 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
+use crate::numeric::statistics::peak_to_peak;
 
 /// Fewest samples in a tooth pitch: with fewer the mesh order itself is beyond half the sampling.
 const MIN_SAMPLES_PER_PITCH: usize = 2;
@@ -105,7 +106,7 @@ impl<'a> SingleFlankRecord<'a> {
 
     /// F_i′ over the whole record.
     pub fn total_deviation(&self) -> f64 {
-        windowed_ranges::peak_to_peak(self.values)
+        peak_to_peak(self.values)
     }
 
     /// F_i′ over one turn, wherever it begins, and turn by turn.
@@ -186,7 +187,7 @@ impl<'a> SingleFlankRecord<'a> {
     fn split_with(&self, long: Vec<f64>) -> WaveSplit {
         let short: Vec<f64> = self.values.iter().zip(&long).map(|(e, l)| e - l).collect();
         WaveSplit {
-            long_range: windowed_ranges::peak_to_peak(&long),
+            long_range: peak_to_peak(&long),
             short_ranges: self.pitches_of(&short),
             long,
             short,

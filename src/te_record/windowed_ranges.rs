@@ -2,6 +2,8 @@
 //!
 //! Between samples the record is taken as straight, so that a window need not be a whole number of samples wide.
 
+use crate::numeric::statistics::peak_to_peak;
+
 /// Ranges of a record inside windows of one width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WindowedRanges {
@@ -11,16 +13,6 @@ pub struct WindowedRanges {
     pub fixed: f64,
     /// Those windows one by one.
     pub each: Vec<f64>,
-}
-
-/// `max − min`; zero of nothing.
-pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &x in values {
-        low = low.min(x);
-        high = high.max(x);
-    }
-    if low > high { 0.0 } else { high - low }
 }
 
 /// Ranges in windows of which `count` end to end make the record; a `closed` record goes on at its start after its end.

@@ -10,8 +10,8 @@ use geardyn::internals::gear::load::contact_path::ContactPath;
 use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
-use geardyn::internals::gear::load::mesh_result::peak_to_peak;
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
+use geardyn::internals::numeric::statistics::peak_to_peak;
 
 use crate::cases::{case, number, numbers};
 use crate::verification::{order, within};

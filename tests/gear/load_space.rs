@@ -10,8 +10,8 @@ use geardyn::internals::gear::load::elliptic_contact::{EllipticContact, greatest
 use geardyn::internals::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
 use geardyn::internals::gear::load::loaded_lines::{LineLoads, LoadedLines};
 use geardyn::internals::gear::load::material::Material;
-use geardyn::internals::gear::load::mesh_result::peak_to_peak;
 use geardyn::internals::gear::load::tooth_plate::{PlateShape, ToothPlate};
+use geardyn::internals::numeric::statistics::peak_to_peak;
 use geardyn::internals::plan::gear::bevel;
 use geardyn::internals::scene::bevel_file;
 
@@ -683,20 +683,23 @@ fn law_housing_is_an_error_of_assembly() {
             format!("{text}\n[mesh]\npositions = 6\nstations = 12\ntorque = \"100 N·m\"\n{more}");
         let source = load::source_from_text("housing.toml".into(), &text);
         let file = bevel_file::read(&source, &Flags::default()).unwrap();
-        bevel::run(&file).unwrap().mesh.unwrap()
+        bevel::run(&file).unwrap()
     };
     let found = with(
         "[tolerance]\npinion_axial = \"30 µm\"\n[housing]\ntorque = \"50 N·m\"\noffset = \"10 µm\"\npinion_axial = \"15 µm\"\n",
     );
-    let state = |k: usize| found.stability[k].contact.unwrap();
-    assert_eq!(found.stability.len(), 4);
+    let state = |k: usize| found.studies.stability[k].contact.unwrap();
+    assert_eq!(found.studies.stability.len(), 4);
     assert_eq!(state(0).shift, [0.0, 0.0]);
-    let peak = peak_to_peak(&found.mesh.cycles[0].of(|p| p.te));
+    let peak = peak_to_peak(&found.mesh.unwrap().mesh.cycles[0].of(|p| p.te));
     assert!((state(0).peak_to_peak / peak - 1.0).abs() < 1e-12);
     // Both ways move the pattern against each other.
     assert!(state(1).shift[0] * state(2).shift[0] < 0.0);
     let moved = with("[tolerance]\noffset = \"20 µm\"\n");
-    assert_ne!(moved.stability[1].contact, found.stability[3].contact);
+    assert_ne!(
+        moved.studies.stability[1].contact,
+        found.studies.stability[3].contact
+    );
     let text = text.replace(
         "pinion_axial = \"0.02 in\"",
         "pinion_axial = \"0.538 mm\", offset = \"20 µm\"",

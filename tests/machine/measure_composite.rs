@@ -4,8 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use crate::support::verification::within;
 use geardyn::internals::base::code::Code;
+use geardyn::internals::numeric::statistics::peak_to_peak;
 use geardyn::internals::te_record::single_flank::SingleFlankRecord;
-use geardyn::internals::te_record::windowed_ranges::{peak_to_peak, windowed_ranges};
+use geardyn::internals::te_record::windowed_ranges::windowed_ranges;
 
 /// `n` samples over `turns` turns of Σ a cos(order φ + phase).
 fn waves(n: usize, turns: usize, lines: &[(f64, f64, f64)]) -> Vec<f64> {

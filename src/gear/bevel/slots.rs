@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use super::iso23509::{BlankPair, cone_distance_on_wheel, milled_spiral_angle};
+use crate::gear::cylindrical::involute::inv;
 
 /// Slots of a pair along the face.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,10 +183,9 @@ impl<'a> Pair<'a> {
 /// Top land of a tooth of involute flanks in the normal section (166)–(181).
 fn top_land(radius: f64, addendum: f64, thickness: f64, pressure_angles: [f64; 2]) -> f64 {
     let tip = radius + addendum;
-    let involute = |a: f64| a.tan() - a;
     let narrowing = pressure_angles.map(|alpha| {
         let at_tip = (radius * alpha.cos() / tip).acos();
-        involute(alpha) - involute(at_tip)
+        inv(alpha) - inv(at_tip)
     });
     (thickness / radius + narrowing[0] + narrowing[1]) * tip
 }

@@ -9,6 +9,7 @@ use super::flank::{BevelFlank, ToothPoint};
 use super::frames::WorkFrame;
 use super::structure_elements::StructureElements;
 use crate::gear::kernel::envelope::FlankPoint;
+use crate::gear::kernel::vector::wrapped;
 
 /// Index of the concave and of the convex flank.
 pub const SIDES: [&str; 2] = ["concave", "convex"];
@@ -179,9 +180,4 @@ impl BevelTooth {
             pointed_at,
         })
     }
-}
-
-/// An angle within ±π.
-fn wrapped(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
 }

@@ -184,6 +184,12 @@ impl FlankPair {
         })
     }
 
+    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there.
+    pub fn path_near_teeth(&self, pitches: f64, positions: usize) -> Option<ContactPath> {
+        let first = self.first_contact().filter(|c| self.is_near_teeth(c))?;
+        Some(self.path(first, pitches, positions))
+    }
+
     /// Whether a contact lies within a tooth depth of both teeth: beyond that it belongs to another branch of the flanks.
     pub fn is_near_teeth(&self, contact: &ContactPoint) -> bool {
         edges().all(|edge| {

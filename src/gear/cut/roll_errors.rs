@@ -13,6 +13,7 @@ use crate::gear::contact::pair::FlankPair;
 use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::law::Law;
 use crate::numeric::Complex;
+use crate::numeric::statistics::extremes;
 
 /// Phases over which a range is compared.
 const PHASES: usize = 72;
@@ -63,8 +64,7 @@ impl RollError {
     pub fn largest_range(&self, contacts: &[RolledContact]) -> f64 {
         let range = |ahead: f64| {
             let all = contacts.iter().map(|c| c.gain * self.at(c.turn, ahead));
-            let none = (f64::INFINITY, f64::NEG_INFINITY);
-            let (low, high) = all.fold(none, |(low, high), x| (low.min(x), high.max(x)));
+            let (low, high) = extremes(all);
             high - low
         };
         let phases = (0..PHASES).map(|i| range(TAU * i as f64 / PHASES as f64));

@@ -3,10 +3,9 @@
 //! The involute helicoid through a point at azimuth θ, height z and radius `r_b/cos a` has the phase `σ (θ − z/p) + tan a − a`; a point that
 //! lies in the metal is behind by the depth over `r_b cos β_b`.
 
-use std::f64::consts::{PI, TAU};
-
 use super::crossed_pair::{CrossedPair, CrossedPath};
-use crate::gear::kernel::vector::Vector;
+use crate::gear::cylindrical::involute::inv;
+use crate::gear::kernel::vector::{Vector, wrapped};
 
 /// A point of the gear's flank in the metal of the pinion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +32,7 @@ impl CrossedPair {
         face_widths: [f64; 2],
         tolerance: f64,
     ) -> Option<CrossedInterference> {
-        // Beyond T₁ and T₂ there is no flank to touch.
-        let (first, last) = (path.ends[0].max(0.0), path.ends[1].min(path.length));
+        let [first, last] = path.ends_on_flanks();
         let places =
             (0..=CONTACTS).map(|k| first + (last - first) * f64::from(k) / f64::from(CONTACTS));
         let found = places.filter_map(|distance| {
@@ -46,8 +44,7 @@ impl CrossedPair {
                 let inside = place.radius <= self.gears[0].tip_radius
                     && place.height.abs() <= 0.5 * face_widths[0];
                 let behind = phases[0] - self.phase(path, 0, point)?;
-                let behind = (behind + PI).rem_euclid(TAU) - PI;
-                let depth = behind * path.advance;
+                let depth = wrapped(behind) * path.advance;
                 (inside && depth > tolerance).then(|| CrossedInterference {
                     distance,
                     radii: [place.radius, self.place(1, point).radius],
@@ -121,8 +118,7 @@ struct Cylindrical {
     height: f64,
 }
 
-/// `tan a − a` with `cos a = r_b/r`.
+/// `inv a` with `cos a = r_b/r`.
 fn involute(base: f64, radius: f64) -> f64 {
-    let a = (base / radius).acos();
-    a.tan() - a
+    inv((base / radius).acos())
 }

@@ -58,6 +58,13 @@ pub struct CrossedPath {
     radials: [Vector; 2],
 }
 
+impl CrossedPath {
+    /// First and last contact within T₁ and T₂: beyond them there is no flank to touch.
+    pub fn ends_on_flanks(&self) -> [f64; 2] {
+        [self.ends[0].max(0.0), self.ends[1].min(self.length)]
+    }
+}
+
 /// Contact at a place of the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrossedContact {
@@ -197,7 +204,7 @@ impl CrossedPair {
 
     /// Extent of the contact along each axis, symmetric about the common perpendicular of the axes.
     pub fn contact_widths(&self, path: &CrossedPath) -> [f64; 2] {
-        let ends = [path.ends[0].max(0.0), path.ends[1].min(path.length)];
+        let ends = path.ends_on_flanks();
         [Vector::Z, self.second_axis()].map(|axis| {
             let along = |place: f64| {
                 let point = path.tangent_points[0] + path.direction * place;

@@ -1,5 +1,6 @@
 //! Vectors of space: sums, multiples, `a·b`, `a×b`, `|a|`.
 
+use std::f64::consts::TAU;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// A vector of space in the coordinates of a frame.
@@ -11,6 +12,11 @@ pub struct Vector {
     pub y: f64,
     /// Third coordinate.
     pub z: f64,
+}
+
+/// An angle within ±π.
+pub fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
 }
 
 impl Vector {

@@ -1,6 +1,7 @@
 //! Results of a mesh over one pitch: transmission error, stiffness, shares and pressure by position and torque; one pair as a spring.
 
 use crate::base::error::Diagnostic;
+use crate::numeric::statistics::peak_to_peak;
 
 /// The mesh over one pitch at one torque.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,11 +71,4 @@ impl LoadedCycle {
     pub fn peak_to_peak(&self) -> f64 {
         peak_to_peak(&self.te)
     }
-}
-
-/// Greatest less least value.
-pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    high - low
 }

@@ -6,7 +6,7 @@ use super::estimate::{Estimate, check_finite};
 use super::pitch::{PitchDeviations, arg_min_max};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::te_record::windowed_ranges::peak_to_peak;
+use crate::numeric::statistics::peak_to_peak;
 
 /// Radial readings of a gear and what they say.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use super::bevel_contact::{BevelContact, contact};
 use super::bevel_limits::{self, BevelLimit};
 use super::bevel_member::{MemberResult, member};
-use super::bevel_mesh::{self, BevelMeshResult};
+use super::bevel_mesh::{self, BevelMeshResult, LoadedPair, MeshStudies};
 use super::bevel_quantities::quantities;
 use super::bevel_stability;
 use super::geometry::GearQuantity;
@@ -34,6 +34,8 @@ pub struct BevelResult {
     pub states: Option<PatternStates>,
     /// The pair under load, where the file has a torque.
     pub mesh: Option<BevelMeshResult>,
+    /// Studies of the loaded pair.
+    pub studies: MeshStudies,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
@@ -72,18 +74,20 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         _ => None,
     };
     let torques = &file.mesh.torques;
-    let mesh = match &contact {
+    let (mesh, studies) = match &contact {
         Some(BevelContact { pair, path, .. }) if !torques.is_empty() => {
             let teeth = members.each_ref().map(|m| m.tooth.as_ref());
             let flanks = (pair, path);
-            let mesh = bevel_mesh::mesh(file, teeth, flanks, torques, true, &mut diagnostics)?;
-            Some(mesh)
+            let loaded = LoadedPair::new(file, teeth, flanks)?;
+            let mesh = loaded.mesh(torques, &mut diagnostics)?;
+            (Some(mesh), loaded.studies()?)
         }
-        _ => None,
+        _ => (None, MeshStudies::default()),
     };
     Ok(BevelResult {
         states: contact.as_ref().and_then(|c| PatternStates::of(file, c)),
         mesh,
+        studies,
         quantities: quantities(file, &members),
         plan: plan(file),
         members,

@@ -85,8 +85,7 @@ pub fn contact(
     let (study, teeth) = (&file.contact, file.members.each_ref().map(|m| m.teeth));
     let assembly = file.assembly();
     let pair = FlankPair::new(flanks, teeth, file.hand, &assembly);
-    let on_teeth = pair.first_contact().filter(|c| pair.is_near_teeth(c));
-    let Some(first) = on_teeth else {
+    let Some(path) = pair.path_near_teeth(study.pitches, study.positions) else {
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: "the flanks do not touch near the middle of their teeth".into(),
@@ -94,7 +93,6 @@ pub fn contact(
         });
         return None;
     };
-    let path = pair.path(first, study.pitches, study.positions);
     let reference = path.reference;
     if (reference.ratio() - pair.ratio()).abs() > 1e-6 {
         let by = 100.0 * (reference.ratio() / pair.ratio() - 1.0);

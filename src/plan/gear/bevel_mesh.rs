@@ -37,54 +37,100 @@ pub struct BevelMeshResult {
     pub body: &'static str,
     /// Effects that the model neglects.
     pub left_out: Vec<&'static str>,
+}
+
+/// Studies of a loaded mesh that the file asks for.
+#[derive(Debug, Clone, Default)]
+pub struct MeshStudies {
     /// Torques up to the largest at which strips begin or cease to carry, by position, where they are requested.
     pub changes: Option<Vec<Vec<StripChange>>>,
     /// The contact over load and misalignment, where departures of the axes are stated.
     pub stability: Vec<StabilityCase>,
 }
 
-/// The mesh of a contact at torques of the pinion, N·m, on request with the file's studies: changes of strips, stability.
-///
-/// # Errors
-/// A load that the teeth cannot carry; as `FlankMesh::map`.
-pub fn mesh(
-    file: &BevelFile,
-    teeth: [Option<&BevelTooth>; 2],
-    (pair, path): (&FlankPair, &ContactPath),
-    torques: &[f64],
-    with_studies: bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Result<BevelMeshResult, Error> {
-    let options = FlankMeshOptions {
-        positions: file.mesh.positions,
-        stations: file.mesh.stations,
-        ..FlankMeshOptions::default()
-    };
-    let teeth = bending_teeth(file, teeth, &options.materials)?;
-    if teeth.is_none() {
-        diagnostics.push(rigid_teeth(file));
+/// Flanks of a file in contact, with the teeth that bend under load.
+pub struct LoadedPair<'a> {
+    file: &'a BevelFile,
+    pair: &'a FlankPair,
+    path: &'a ContactPath,
+    options: FlankMeshOptions,
+    teeth: Option<BevelTeeth>,
+}
+
+impl LoadedPair<'_> {
+    /// The flanks of a path of contact; a gear without its tooth makes both rigid.
+    ///
+    /// # Errors
+    /// As `BevelTeeth::new`.
+    pub fn new<'a>(
+        file: &'a BevelFile,
+        teeth: [Option<&BevelTooth>; 2],
+        (pair, path): (&'a FlankPair, &'a ContactPath),
+    ) -> Result<LoadedPair<'a>, Error> {
+        let options = FlankMeshOptions {
+            positions: file.mesh.positions,
+            stations: file.mesh.stations,
+            ..FlankMeshOptions::default()
+        };
+        let teeth = bending_teeth(file, teeth, &options.materials)?;
+        Ok(LoadedPair {
+            file,
+            pair,
+            path,
+            options,
+            teeth,
+        })
     }
-    let bending = teeth.as_ref().map(|teeth| teeth as &dyn ToothBending);
-    let mesh = FlankMesh::new(pair, path, options, bending);
-    let result = mesh.map(torques).map_err(|e| e.with_span(&file.span))?;
-    let lever = ContactForces::of(pair, &path.reference).levers[1];
-    check_deflection(file, &result, lever)?;
-    diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
-    let located = |e: Error| e.with_span(&file.span);
-    let largest = torques.iter().copied().fold(0.0, f64::max);
-    let changes = (with_studies && file.mesh.changes).then(|| mesh.changes(largest));
-    let stability = match with_studies {
-        true => stability(file, pair, options, bending).map_err(located)?,
-        false => Vec::new(),
-    };
-    Ok(BevelMeshResult {
-        mesh: result,
-        lever,
-        body: body(teeth.is_some()),
-        left_out: left_out(teeth.is_some()),
-        changes: changes.transpose().map_err(located)?,
-        stability,
-    })
+
+    /// The mesh at torques of the pinion, N·m.
+    ///
+    /// # Errors
+    /// A load that the teeth cannot carry; as `FlankMesh::map`.
+    pub fn mesh(
+        &self,
+        torques: &[f64],
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Result<BevelMeshResult, Error> {
+        let has_teeth = self.teeth.is_some();
+        if !has_teeth {
+            diagnostics.push(rigid_teeth(self.file));
+        }
+        let result = self.flank_mesh().map(torques);
+        let result = result.map_err(|e| e.with_span(&self.file.span))?;
+        let lever = ContactForces::of(self.pair, &self.path.reference).levers[1];
+        check_deflection(self.file, &result, lever)?;
+        diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
+        Ok(BevelMeshResult {
+            mesh: result,
+            lever,
+            body: body(has_teeth),
+            left_out: left_out(has_teeth),
+        })
+    }
+
+    /// The studies of the file.
+    ///
+    /// # Errors
+    /// As `FlankMesh::map`.
+    pub fn studies(&self) -> Result<MeshStudies, Error> {
+        let located = |e: Error| e.with_span(&self.file.span);
+        let study = &self.file.mesh;
+        let largest = study.torques.iter().copied().fold(0.0, f64::max);
+        let changes = study.changes.then(|| self.flank_mesh().changes(largest));
+        let stability = stability(self.file, self.pair, self.options, self.bending());
+        Ok(MeshStudies {
+            changes: changes.transpose().map_err(located)?,
+            stability: stability.map_err(located)?,
+        })
+    }
+
+    fn flank_mesh(&self) -> FlankMesh<'_> {
+        FlankMesh::new(self.pair, self.path, self.options, self.bending())
+    }
+
+    fn bending(&self) -> Option<&dyn ToothBending> {
+        self.teeth.as_ref().map(|teeth| teeth as &dyn ToothBending)
+    }
 }
 
 /// The stage of the plan.

@@ -5,8 +5,8 @@ use crate::base::quantity::format_number;
 use crate::gear::contact::pair::{Assembly, FlankPair};
 use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
 use crate::gear::load::flank_result::FlankCycle;
-use crate::gear::load::mesh_result::peak_to_peak;
 use crate::numeric::parallel;
+use crate::numeric::statistics::peak_to_peak;
 use crate::plan::decision::StageDecision;
 use crate::scene::bevel_file::BevelFile;
 
@@ -180,10 +180,10 @@ fn state(
 ) -> Result<Option<ContactState>, Error> {
     let assembly = file.assembly().changed(change, 1.0);
     let moved = FlankPair::new(pair.flanks.clone(), pair.teeth, file.hand, &assembly);
-    let Some(first) = moved.first_contact().filter(|c| moved.is_near_teeth(c)) else {
+    let path = moved.path_near_teeth(file.contact.pitches, file.contact.positions);
+    let Some(path) = path else {
         return Ok(None);
     };
-    let path = moved.path(first, file.contact.pitches, file.contact.positions);
     let result = FlankMesh::new(&moved, &path, options, teeth).map(&[torque])?;
     Ok(result
         .cycles

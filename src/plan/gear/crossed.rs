@@ -28,7 +28,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         let message = "the base helices have no common normal at this shaft angle";
         Error::new(Code::OutOfRange, message).with_span(&file.span)
     })?;
-    let [first, last] = [path.ends[0].max(0.0), path.ends[1].min(path.length)];
+    let [first, last] = path.ends_on_flanks();
     if !(last > first) {
         let message = format!(
             "the tips of the gears do not reach each other: the contact would end {:.3} mm before it begins",

@@ -1,7 +1,7 @@
 //! A pair one flank of which carries the errors of the roll of its generator: each to first order, together on the exact envelope.
 
 use super::bevel_member::{self, GRID};
-use super::bevel_mesh;
+use super::bevel_mesh::LoadedPair;
 use super::cut_flank::flank_node;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -11,6 +11,7 @@ use crate::gear::contact::contact_path::{ContactPath, PITCHES};
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::cut::roll_errors::{RollError, rolled_contacts, smooth, surplus_of_work};
 use crate::gear::kernel::law::Law;
+use crate::numeric::statistics::{extremes, peak_to_peak};
 use crate::scene::bevel_file::BevelFile;
 
 /// A pair as its generator cuts it.
@@ -62,7 +63,7 @@ impl CutPair {
     /// The pair of a file with errors of the roll on the touching flank of a member.
     ///
     /// # Errors
-    /// A flank that does not roll or is not described; flanks that do not touch at every angle; as `bevel_mesh::mesh`.
+    /// A flank that does not roll or is not described; flanks that do not touch at every angle; as [`LoadedPair::mesh`].
     pub fn new(
         file: &BevelFile,
         member: usize,
@@ -162,9 +163,7 @@ impl CutPair {
 
     /// Lowest and highest surplus of the map, m.
     pub fn surplus_range(&self) -> [f64; 2] {
-        let none = [f64::INFINITY, f64::NEG_INFINITY];
-        let all = self.surplus.iter().flatten();
-        all.fold(none, |[low, high], x| [low.min(*x), high.max(*x)])
+        extremes(self.surplus.iter().flatten().copied()).into()
     }
 }
 
@@ -172,12 +171,8 @@ impl CutPair {
 fn touching(file: &BevelFile, flanks: [BevelFlank; 2]) -> Option<(FlankPair, ContactPath)> {
     let teeth = file.members.each_ref().map(|m| m.teeth);
     let pair = FlankPair::new(flanks, teeth, file.hand, &file.assembly());
-    let first = pair.first_contact().filter(|c| pair.is_near_teeth(c))?;
-    let path = pair.path(
-        first,
-        PITCHES.max(file.contact.pitches),
-        file.contact.positions,
-    );
+    let pitches = PITCHES.max(file.contact.pitches);
+    let path = pair.path_near_teeth(pitches, file.contact.positions)?;
     Some((pair, path))
 }
 
@@ -191,10 +186,9 @@ fn under_load(
     let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
     let range = |flanks, diagnostics: &mut Vec<Diagnostic>| {
         let teeth = teeth.each_ref().map(Option::as_ref);
-        let result = bevel_mesh::mesh(file, teeth, flanks, &[torque], false, diagnostics)?;
+        let result = LoadedPair::new(file, teeth, flanks)?.mesh(&[torque], diagnostics)?;
         let te = result.mesh.cycles[0].of(|p| p.te);
-        let [low, high] = [f64::min, f64::max].map(|pick| te.iter().copied().fold(te[0], pick));
-        Ok(high - low)
+        Ok(peak_to_peak(&te))
     };
     let ideal = range(both[0], &mut Vec::new())?;
     Ok(CutLoad {

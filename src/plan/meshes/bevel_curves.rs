@@ -6,14 +6,16 @@
 use super::curves::{FlankCycle, InterpolationError, MeshCurves, mean, scaled};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::plan::gear::{bevel_member, bevel_mesh};
+use crate::numeric::statistics::peak_to_peak;
+use crate::plan::gear::bevel_member;
+use crate::plan::gear::bevel_mesh::LoadedPair;
 use crate::scene::bevel_mesh::BevelMesh;
 use crate::scene::model::{MeshFlanks, StiffnessVariation};
 
 /// The mesh at a torque of the pinion, N·m above zero, on its drive or its coast flanks.
 ///
 /// # Errors
-/// Flanks that the file does not ask for; as `bevel_mesh::mesh`.
+/// Flanks that the file does not ask for; as [`LoadedPair::mesh`].
 pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurves, Error> {
     let side = ["drive", "coast"];
     let wanted = side[usize::from(is_coast)];
@@ -29,14 +31,9 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
     let file = &mesh.bevel;
     let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
     let mut warnings = Vec::new();
-    let result = bevel_mesh::mesh(
-        file,
-        teeth.each_ref().map(Option::as_ref),
-        (&mesh.pair, &mesh.path),
-        &[torque],
-        false,
-        &mut warnings,
-    )?;
+    let teeth = teeth.each_ref().map(Option::as_ref);
+    let loaded = LoadedPair::new(file, teeth, (&mesh.pair, &mesh.path))?;
+    let result = loaded.mesh(&[torque], &mut warnings)?;
     let lever = mesh.levers[1];
     let to_newton_per_metre = lever.powi(-2);
     let cycle = &result.mesh.cycles[0];
@@ -44,7 +41,6 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
     let secant = scaled(&cycle.of(|p| p.secant), to_newton_per_metre);
     let stiffness = mean(&scaled(&cycle.of(|p| p.tangent), to_newton_per_metre));
     let given_way = torque / mesh.levers[0] / stiffness;
-    let [low, high] = [f64::min, f64::max].map(|pick| te.iter().copied().fold(te[0], pick));
     let flank = FlankCycle {
         is_forward: mesh.is_forward,
         phase: 0.0,
@@ -62,7 +58,7 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
             is_coast,
             pairs: None,
         },
-        peak_to_peak: high - low,
+        peak_to_peak: peak_to_peak(&te),
         interpolation: InterpolationError::of(&te, &secant),
         warnings,
     })

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use crate::numeric::statistics::extremes;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
@@ -114,9 +115,7 @@ fn even_grid(values: &[f64]) -> Option<[f64; 2]> {
 /// Single precision keeps every value to a share of their range that no picture shows.
 fn fits_single(values: &[f64]) -> bool {
     let known = || values.iter().filter(|v| v.is_finite());
-    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
-        (l.min(v), h.max(v))
-    });
+    let (low, high) = extremes(known().copied());
     let least = known().fold(f64::INFINITY, |m, v| if *v > 0.0 { m.min(*v) } else { m });
     let limit = SINGLE * (high - low);
     // On a logarithmic axis the smallest value counts as much; below the least normal number digits are lost.
