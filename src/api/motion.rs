@@ -29,7 +29,7 @@ pub struct MotionOutput {
 
 impl Motion {
     pub(super) fn new(result: SimulationResult) -> Motion {
-        let outputs = result.scene.outputs.list.into_iter();
+        let outputs = result.setup.outputs.list.into_iter();
         let outputs = outputs
             .zip(result.history.values)
             .map(|(output, values)| MotionOutput {

@@ -66,6 +66,16 @@ pub mod sensitivity;
 
 pub mod outputs;
 
+pub mod output_statistics;
+
+pub mod block_statistics;
+
+pub mod step_response;
+
+pub mod peak_refinement;
+
+pub mod sampling_check;
+
 pub mod energy;
 
 pub mod energy_balance;

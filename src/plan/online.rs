@@ -73,11 +73,11 @@ impl OnlineAnalysis {
     /// Nodes that are not there, teeth that are none, orders that are not distinguished, fewer samples than a block.
     pub fn new(
         machine: &PreparedMachine,
-        scene: &SimulationSetup,
+        setup: &SimulationSetup,
         study: &OnlineStudy,
     ) -> Result<OnlineAnalysis, Error> {
-        let rate_hz = scene.samples as f64 / scene.end_time;
-        let shown = scene.outputs.list.len();
+        let rate_hz = setup.samples as f64 / setup.end_time;
+        let shown = setup.outputs.list.len();
         let mut names = Vec::new();
         let track = match &study.track {
             None => None,
@@ -112,7 +112,7 @@ impl OnlineAnalysis {
         // Each by itself: of one list a node of two analyses would be left out the second time.
         let beside = names
             .iter()
-            .map(|name| select_outputs(machine, &scene.model, std::slice::from_ref(name)))
+            .map(|name| select_outputs(machine, &setup.model, std::slice::from_ref(name)))
             .collect::<Result<_, Error>>()?;
         let spectra = match study.spectrum {
             None => None,
@@ -121,8 +121,8 @@ impl OnlineAnalysis {
                     block: block as usize,
                     ..WelchOptions::default()
                 };
-                if (scene.samples + 1) < options.block {
-                    let message = format!("{} samples fill no block of {block}", scene.samples + 1);
+                if (setup.samples + 1) < options.block {
+                    let message = format!("{} samples fill no block of {block}", setup.samples + 1);
                     return Err(Error::new(Code::TooShort, message)
                         .with_hint("request more --samples, or a shorter block"));
                 }
@@ -149,11 +149,11 @@ impl OnlineAnalysis {
     /// Those of [`OrderDemodulator::push`].
     pub fn push(
         &mut self,
-        scene: &SimulationSetup,
+        setup: &SimulationSetup,
         (t, y): (f64, &[f64]),
         values: &[f64],
     ) -> Result<(), Error> {
-        let model = &scene.model.model;
+        let model = &setup.model.model;
         let mut beside = self
             .extra_outputs
             .iter()

@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use super::motion::cost;
 use super::motion::method_choice::{self, MethodChoice};
 use super::motion::run::{self, MIN_SAMPLES_PER_PERIOD, MotionResult, StepObserver};
-use super::motion::sampling_check::UndersampledOutput;
 use super::motion::sensitivity::{RunSamples, Sensitivity};
 use super::motion::simulation_setup::SimulationSetup;
 use super::motion::stages;
@@ -20,14 +19,16 @@ use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::problem::StepSize;
 use crate::motion::progress::rounded;
+use crate::motion::sampling_check::UndersampledOutput;
+use crate::motion::step_response::{StepResponse, step_response};
 use crate::scene::Scene;
 use crate::scene::laws::LoadHistory;
 use crate::scene::study::SimulateStudy;
 
 /// Simulated motion with its diagnostics.
 pub struct SimulationResult {
-    /// Simulated scene.
-    pub scene: SimulationSetup,
+    /// Setup of the motion.
+    pub setup: SimulationSetup,
     /// By which method, and why.
     pub choice: MethodChoice,
     /// Time history.
@@ -38,8 +39,10 @@ pub struct SimulationResult {
     pub online: OnlineResult,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
-    /// Instant of the one step among the loads, s, for the step response.
+    /// Instant of the one step among the loads, s.
     pub step_time_s: Option<f64>,
+    /// Response of each output to that step, where the history is kept; absent where it does not settle.
+    pub step_responses: Vec<Option<StepResponse>>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -117,10 +120,18 @@ impl SimulationResult {
             .chain(not_compared)
             .chain(result.diagnostics.clone())
             .collect();
+        let step_time_s = single_load_step(scene).filter(|t| *t < ready.end_time);
+        let step_responses = match step_time_s {
+            Some(at) if !history.time.is_empty() => (history.values.iter())
+                .map(|values| step_response(&history.time, values, at))
+                .collect(),
+            _ => Vec::new(),
+        };
         Ok(SimulationResult {
             plan: machine.after_meshes(stages::plan(&ready, &choice, study)),
-            step_time_s: single_load_step(scene).filter(|t| *t < ready.end_time),
-            scene: ready,
+            step_time_s,
+            step_responses,
+            setup: ready,
             choice,
             history,
             sensitivity,
@@ -177,9 +188,9 @@ fn fastest_acting(model: &DynamicModel) -> f64 {
 }
 
 /// Samples too far apart to see what the loads, the errors and the stiffness waves of imposed speed do.
-fn input_sampling_warning(scene: &SimulationSetup) -> Option<Diagnostic> {
-    let fastest = fastest_acting(&scene.model.model);
-    let step = scene.end_time / scene.samples as f64;
+fn input_sampling_warning(setup: &SimulationSetup) -> Option<Diagnostic> {
+    let fastest = fastest_acting(&setup.model.model);
+    let step = setup.end_time / setup.samples as f64;
     let per_period = TAU / (fastest * step);
     (per_period < MIN_SAMPLES_PER_PERIOD).then(|| Diagnostic {
         code: "coarse-samples",
@@ -188,27 +199,27 @@ fn input_sampling_warning(scene: &SimulationSetup) -> Option<Diagnostic> {
             format_per_period(per_period),
             format_number(fastest / TAU)
         ),
-        hint: Some(sampling_hint(scene, per_period)),
+        hint: Some(sampling_hint(setup, per_period)),
     })
 }
 
 /// Warning that the samples are too far apart to resolve an output's oscillation.
-fn output_sampling_warning(scene: &SimulationSetup, history: &MotionResult) -> Option<Diagnostic> {
+fn output_sampling_warning(setup: &SimulationSetup, history: &MotionResult) -> Option<Diagnostic> {
     let UndersampledOutput { output, per_period } = history.undersampled?;
     Some(Diagnostic {
         code: "coarse-samples",
         message: format!(
             "`{}` oscillates so fast that a period has {} samples: extremes and means of the outputs are those of the samples",
-            scene.outputs.list[output].name,
+            setup.outputs.list[output].name,
             format_per_period(per_period)
         ),
-        hint: Some(sampling_hint(scene, per_period)),
+        hint: Some(sampling_hint(setup, per_period)),
     })
 }
 
 /// Hint at a sufficient number of samples, to two digits; where that exceeds the limit, at a shorter time.
-fn sampling_hint(scene: &SimulationSetup, per_period: f64) -> String {
-    let samples = SAMPLES_PER_PERIOD / per_period * scene.samples as f64;
+fn sampling_hint(setup: &SimulationSetup, per_period: f64) -> String {
+    let samples = SAMPLES_PER_PERIOD / per_period * setup.samples as f64;
     let digit = 10f64.powf(samples.log10().floor() - 1.0).max(1.0);
     let samples = (samples / digit).ceil() * digit;
     if samples <= f64::from(u32::MAX) {
@@ -217,7 +228,7 @@ fn sampling_hint(scene: &SimulationSetup, per_period: f64) -> String {
             rounded(samples)
         );
     }
-    let until = scene.end_time * per_period / SAMPLES_PER_PERIOD;
+    let until = setup.end_time * per_period / SAMPLES_PER_PERIOD;
     format!(
         "--until \"{}\" gives {SAMPLES_PER_PERIOD} in each, with as many samples",
         format_flag_time(until)

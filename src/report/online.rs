@@ -16,15 +16,15 @@ use crate::spectrum::rotation::order_demodulation::{DemodulatedOrders, OrderPoin
 use crate::spectrum::spectra::Spectra;
 
 /// Puts what was found into the document of the motion.
-pub fn extend(document: &mut Value, scene: &SimulationSetup, result: &OnlineResult) {
+pub fn extend(document: &mut Value, setup: &SimulationSetup, result: &OnlineResult) {
     let Some(document) = document.as_object_mut() else {
         return;
     };
     if let Some(spectra) = &result.spectra {
-        document.insert("spectra".into(), spectra_json(scene, spectra));
+        document.insert("spectra".into(), spectra_json(setup, spectra));
     }
     if let Some((node, tracks)) = &result.tracks {
-        document.insert("orders".into(), orders_json(scene, node, tracks));
+        document.insert("orders".into(), orders_json(setup, node, tracks));
     }
     if let Some((record, teeth)) = &result.te {
         let mut te = encoder_te::body(record, teeth);
@@ -34,9 +34,9 @@ pub fn extend(document: &mut Value, scene: &SimulationSetup, result: &OnlineResu
     }
 }
 
-fn spectra_json(scene: &SimulationSetup, spectra: &Spectra) -> Value {
+fn spectra_json(setup: &SimulationSetup, spectra: &Spectra) -> Value {
     let (mut densities, mut tops) = (Map::new(), Map::new());
-    for (at, output) in scene.outputs.list.iter().enumerate() {
+    for (at, output) in setup.outputs.list.iter().enumerate() {
         densities.insert(key(output), json!(spectra.psd[at]));
         let found = find_peaks(spectra, at, &PeakOptions::default());
         let found = found.iter().map(|p| {
@@ -53,10 +53,10 @@ fn spectra_json(scene: &SimulationSetup, spectra: &Spectra) -> Value {
     })
 }
 
-fn orders_json(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> Value {
+fn orders_json(setup: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> Value {
     let of_order = |(at, order): (usize, &f64)| {
         let (mut sizes, mut phases) = (Map::new(), Map::new());
-        for (channel, output) in scene.outputs.list.iter().enumerate() {
+        for (channel, output) in setup.outputs.list.iter().enumerate() {
             let values = tracks.points.iter().map(|p| p.values[channel][at]);
             let (size, phase): (Vec<f64>, Vec<f64>) = values.map(|z| (z.norm(), z.arg())).unzip();
             sizes.insert(key(output), json!(size));
@@ -78,13 +78,13 @@ fn orders_json(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) 
 const MAX_ROWS: usize = 5;
 
 /// Everything found.
-pub fn text(scene: &SimulationSetup, result: &OnlineResult) -> String {
+pub fn text(setup: &SimulationSetup, result: &OnlineResult) -> String {
     let mut text = String::new();
     if let Some(spectra) = &result.spectra {
-        text += &lines(scene, spectra);
+        text += &lines(setup, spectra);
     }
     if let Some((node, tracks)) = &result.tracks {
-        text += &orders(scene, node, tracks);
+        text += &orders(setup, node, tracks);
     }
     if let Some((record, _)) = &result.te {
         text += &format!("\n{}", encoder_te_table::record(record, false));
@@ -92,9 +92,9 @@ pub fn text(scene: &SimulationSetup, result: &OnlineResult) -> String {
     text
 }
 
-fn lines(scene: &SimulationSetup, spectra: &Spectra) -> String {
+fn lines(setup: &SimulationSetup, spectra: &Spectra) -> String {
     let mut table = Table::named("peaks of|unit|Hz|amplitude|above the floor");
-    for (at, output) in scene.outputs.list.iter().enumerate() {
+    for (at, output) in setup.outputs.list.iter().enumerate() {
         for peak in find_peaks(spectra, at, &PeakOptions::default())
             .iter()
             .take(MAX_ROWS)
@@ -115,9 +115,9 @@ fn lines(scene: &SimulationSetup, spectra: &Spectra) -> String {
     }
 }
 
-fn orders(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> String {
+fn orders(setup: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> String {
     let mut table = Table::named("order of|order|unit|least|greatest|there rad/s|phase deg");
-    for (channel, output) in scene.outputs.list.iter().enumerate() {
+    for (channel, output) in setup.outputs.list.iter().enumerate() {
         for (at, order) in tracks.orders.iter().enumerate() {
             let size = |p: &&OrderPoint| p.values[channel][at].norm();
             let by = |a: &&_, b: &&_| size(a).total_cmp(&size(b));

@@ -6,19 +6,19 @@ use super::number_format::{four_digits, significant_text, with_deviation};
 use super::output_key::key;
 use super::table::Table;
 use crate::base::quantity::format_time;
+use crate::motion::block_statistics::{PERCENTILES, Statistics, UncertainValue};
 use crate::motion::sensitivity::Amplification;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
-use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
 
 /// Adds `sensitivity`, and takes out of `readings` what cannot be predicted.
-pub fn extend(document: &mut Value, scene: &SimulationSetup, sensitivity: Option<&Sensitivity>) {
+pub fn extend(document: &mut Value, setup: &SimulationSetup, sensitivity: Option<&Sensitivity>) {
     let Some(found) = sensitivity else {
         document["sensitivity"] = Value::Null;
         return;
     };
     let mut outputs = serde_json::Map::new();
-    for (output, digits) in scene.outputs.list.iter().zip(&found.outputs) {
+    for (output, digits) in setup.outputs.list.iter().zip(&found.outputs) {
         let key = key(output);
         for (name, error) in errors(digits) {
             if error.is_none() && document["readings"][&key].is_object() {
@@ -71,7 +71,7 @@ fn statistics(s: &Statistics) -> Value {
 }
 
 /// Predictability of the motion, and the statistics valid beyond it; nothing where every digit shown holds.
-pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
+pub fn text(setup: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     if sensitivity.all_shown() {
         return String::new();
     }
@@ -87,7 +87,7 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     let below = PERCENTILES.map(|share| format!("|{:.0} % below", 100.0 * share));
     let mut table =
         Table::named("second half|unit|mean|standard deviation").columns(&below.concat()[1..]);
-    for (output, digits) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
+    for (output, digits) in setup.outputs.list.iter().zip(&sensitivity.outputs) {
         if let Some(statistics) = &digits.second_half {
             let names = [output.name.clone(), output.unit.to_string()];
             table.row(names.into_iter().chain(cells(statistics)));

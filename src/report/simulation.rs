@@ -13,8 +13,8 @@ use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
+use crate::motion::output_statistics::OutputStatistics;
 use crate::motion::outputs::MotionOutput;
-use crate::plan::motion::output_statistics::{OutputStatistics, step_response};
 use crate::plan::motion::run::MotionResult;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::simulate::SimulationResult;
@@ -43,31 +43,30 @@ impl Presentation for SimulationReport<'_> {
     fn body(&self) -> Result<Value, Error> {
         let result = &self.result;
         let mut body = body(result);
-        sensitivity::extend(&mut body, &result.scene, result.sensitivity.as_ref());
-        online::extend(&mut body, &result.scene, &result.online);
+        sensitivity::extend(&mut body, &result.setup, result.sensitivity.as_ref());
+        online::extend(&mut body, &result.setup, &result.online);
         Ok(body)
     }
 
     fn text(&self) -> String {
         let SimulationResult {
-            scene,
+            setup,
             history,
             sensitivity,
             ..
         } = &self.result;
-        let mut text = statistics_table(scene, history, sensitivity.as_ref());
+        let mut text = statistics_table(setup, history, sensitivity.as_ref());
         if let Some(sensitivity) = sensitivity {
-            text += &sensitivity::text(scene, sensitivity);
+            text += &sensitivity::text(setup, sensitivity);
         }
-        text += &online::text(scene, &self.result.online);
-        let step = self.result.step_time_s.filter(|_| !history.time.is_empty());
-        text + &step.map_or(String::new(), |at| step_responses(scene, history, at))
+        text += &online::text(setup, &self.result.online);
+        text + &step_responses(setup, &self.result.step_responses)
     }
 
     fn table(&self) -> Table<'_> {
         let history = &self.result.history;
         let time = Table::default().numbers("time", "s", &history.time, decimal);
-        let outputs = self.result.scene.outputs.list.iter();
+        let outputs = self.result.setup.outputs.list.iter();
         outputs
             .zip(&history.values)
             .fold(time, |table, (output, values)| {
@@ -77,7 +76,7 @@ impl Presentation for SimulationReport<'_> {
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let title = &self.scene.model.title;
-        let mut plots = histories(title, &self.result.scene, &self.result.history);
+        let mut plots = histories(title, &self.result.setup, &self.result.history);
         if let Some(at) = self.result.step_time_s {
             plots.note = "dotted: step of the load".into();
             for plot in &mut plots.plots {
@@ -109,19 +108,19 @@ impl Presentation for SimulationReport<'_> {
 /// The document of a motion.
 fn body(result: &SimulationResult) -> Value {
     let SimulationResult {
-        scene,
+        setup,
         choice,
         history,
-        step_time_s: step_at,
+        step_responses,
         ..
     } = result;
     let mut outputs = Map::new();
     let mut readings = Map::new();
     let kept = !history.time.is_empty();
-    let lists = scene.outputs.list.iter().zip(&history.values);
-    for ((output, values), reading) in lists.zip(&history.statistics) {
+    let lists = setup.outputs.list.iter().zip(&history.values);
+    for (at, ((output, values), reading)) in lists.zip(&history.statistics).enumerate() {
         outputs.insert(key(output), json!(values));
-        let answer = step_at.and_then(|at| step_response(&history.time, values, at)).map(|a| {
+        let answer = step_responses.get(at).copied().flatten().map(|a| {
             json!({
                 "before": a.initial_value, "after": a.final_value, "overshoot": a.overshoot.0, "overshoot_after_s": a.overshoot.1,
                 "rise_s": a.rise_s, "settling_s": a.settling_s, "oscillations": a.oscillations,
@@ -157,7 +156,7 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
 const HEIGHT: f64 = 150.0;
 
 /// Every output over time.
-fn histories(title: &str, scene: &SimulationSetup, history: &MotionResult) -> PlotColumn {
+fn histories(title: &str, setup: &SimulationSetup, history: &MotionResult) -> PlotColumn {
     let end = history.time.last().copied().filter(|end| *end > 0.0);
     let extremes = |reading: &Option<OutputStatistics>| -> Vec<PointLabel> {
         let ends = reading
@@ -170,7 +169,7 @@ fn histories(title: &str, scene: &SimulationSetup, history: &MotionResult) -> Pl
         })
         .collect()
     };
-    let all = scene.outputs.list.iter().zip(&history.values);
+    let all = setup.outputs.list.iter().zip(&history.values);
     let plot =
         |((output, values), reading): ((&MotionOutput, &Vec<f64>), &Option<OutputStatistics>)| {
             Plot {

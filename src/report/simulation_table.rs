@@ -4,20 +4,20 @@ use super::number_format::{four_digits, percent, significant_text};
 use super::table::Table;
 use crate::base::text::pluralise;
 use crate::motion::energy_balance::EnergyBalance;
-use crate::plan::motion::output_statistics::step_response;
+use crate::motion::step_response::StepResponse;
 use crate::plan::motion::run::MotionResult;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
 /// Extremes and means of every output, with the digits that hold.
 pub fn statistics_table(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     history: &MotionResult,
     sensitivity: Option<&Sensitivity>,
 ) -> String {
     let mut table =
         Table::named("output|unit|end|least|at s|greatest|at s|mean|standard deviation");
-    for (at, (output, reading)) in scene
+    for (at, (output, reading)) in setup
         .outputs
         .list
         .iter()
@@ -68,14 +68,14 @@ fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
     ]
 }
 
-/// Step responses at an instant.
-pub fn step_responses(scene: &SimulationSetup, history: &MotionResult, at: f64) -> String {
+/// Step responses of the outputs.
+pub fn step_responses(setup: &SimulationSetup, responses: &[Option<StepResponse>]) -> String {
     let mut table = Table::named(
         "step response|before|after|overshoot %|after s|rise s|settled s|oscillations",
     );
     let mut restless = Vec::new();
-    for (output, values) in scene.outputs.list.iter().zip(&history.values) {
-        match step_response(&history.time, values, at) {
+    for (output, response) in setup.outputs.list.iter().zip(responses) {
+        match response {
             None => restless.push(output.name.as_str()),
             Some(a) => {
                 let numbers = [

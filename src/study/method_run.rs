@@ -39,31 +39,31 @@ pub struct MethodRun {
 /// # Errors
 /// Those of the method; `BudgetExceeded` where patience runs out, `Interrupted` where somebody asks for the end.
 pub fn run_method(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     method: &IntegrationMethod,
     size: StepSize,
     start: &[f64],
     (cancel, patience): (&CancelToken, f64),
 ) -> Result<MethodRun, Error> {
-    let model = &scene.model.model;
+    let model = &setup.model.model;
     let options = IntegrationOptions {
         from: 0.0,
-        to: scene.end_time,
+        to: setup.end_time,
         initial_state: start.to_vec(),
-        samples: scene.samples,
+        samples: setup.samples,
         step_size: size,
         max_work: u64::MAX,
         cancel: cancel.with_deadline(patience).with_budget(patience),
         observer: Observer::default(),
     };
-    let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
-    let mut deflections = Deflections::new(model, scene.samples);
+    let mut values = vec![Vec::with_capacity(setup.samples + 1); setup.outputs.list.len()];
+    let mut deflections = Deflections::new(model, setup.samples);
     let (mut count, mut reached) = (0, 0.0);
     let begin = Instant::now();
     let stats = (method.run)(model, &options, &mut |t, y, regime| {
         for (list, value) in values
             .iter_mut()
-            .zip(scene.outputs.evaluate(model, regime, t, y))
+            .zip(setup.outputs.evaluate(model, regime, t, y))
         {
             list.push(value);
         }
@@ -74,11 +74,11 @@ pub fn run_method(
     if cancel.is_cancelled() {
         return Err(interrupted_error());
     }
-    if count <= scene.samples {
+    if count <= setup.samples {
         let message = format!(
             "given up after {patience} s at t = {} of {}",
             quantity::format_time(reached),
-            quantity::format_time(scene.end_time)
+            quantity::format_time(setup.end_time)
         );
         return Err(Error::new(Code::BudgetExceeded, message));
     }
@@ -91,12 +91,12 @@ pub fn run_method(
 }
 
 /// Requested step sizes of a method, the coarsest first.
-pub fn step_sizes(scene: &SimulationSetup, method: &IntegrationMethod) -> Vec<Option<StepSize>> {
+pub fn step_sizes(setup: &SimulationSetup, method: &IntegrationMethod) -> Vec<Option<StepSize>> {
     match method.step_control {
         StepControl::Exact => vec![None],
         StepControl::Adaptive => TOLERANCES.map(|t| Some(StepSize::Adaptive(t))).to_vec(),
         StepControl::Fixed => STEPS
-            .map(|n| Some(StepSize::Fixed(scene.end_time / n)))
+            .map(|n| Some(StepSize::Fixed(setup.end_time / n)))
             .to_vec(),
     }
 }

@@ -71,19 +71,19 @@ fn first_speed(machine: &PreparedMachine, study: &StabilityStudy) -> Result<f64,
 /// A chart where no stiffness varies, or without a speed to start from.
 pub fn refuse(
     machine: &PreparedMachine,
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     study: &StabilityStudy,
 ) -> Result<(), Error> {
     if study.speeds.is_none() {
         return Ok(());
     }
-    if !varies(&scene.model.model) {
+    if !varies(&setup.model.model) {
         let message = format!("{CONSTANT}: there is nothing to chart");
         return Err(Error::new(Code::Conflict, message)
             .with_hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\""));
     }
     if first_speed(machine, study)? == 0.0 {
-        let message = "a chart over speed needs the speed of the scene to start from";
+        let message = "a chart over speed needs the speed of the setup to start from";
         return Err(Error::new(Code::UndeterminedSpeed, message)
             .with_hint("state the speed of a node in [speed] of the model"));
     }
@@ -96,12 +96,12 @@ pub fn refuse(
 /// A chart without a speed to start from, or with a stiffness below zero; those of the multipliers.
 pub fn parametric_stability(
     machine: &PreparedMachine,
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     study: &StabilityStudy,
     monitor: &mut Monitor,
 ) -> Result<Result<ParametricResult, String>, Error> {
-    refuse(machine, scene, study)?;
-    let model = &unforced(&scene.model.model);
+    refuse(machine, setup, study)?;
+    let model = &unforced(&setup.model.model);
     if !varies(model) {
         return Ok(Err(CONSTANT.to_string()));
     }

@@ -79,15 +79,15 @@ impl ReferenceSolution {
     /// # Errors
     /// No method that could serve, or one alone that does not resolve the motion; `Interrupted` before there is one.
     pub fn compute_reference(
-        scene: &SimulationSetup,
+        setup: &SimulationSetup,
         patience: (&CostModel, f64),
         monitor: &mut Monitor,
     ) -> Result<ReferenceSolution, Error> {
-        let (found, silent) = candidate_runs(scene, patience, monitor)?;
+        let (found, silent) = candidate_runs(setup, patience, monitor)?;
         let Some((at, mut witnesses)) = most_trusted_pair(&found) else {
             let error = Error::new(
                 Code::BudgetExceeded,
-                "no method gives a reference for this scene",
+                "no method gives a reference for this setup",
             );
             let why: Vec<String> = silent
                 .iter()
@@ -105,7 +105,7 @@ impl ReferenceSolution {
             let fault = format!("and its cross-check differ by {known:.0e} of the motion");
             return Err(unresolved(own.method.name, &fault));
         }
-        let amplification = amplification(scene, own, monitor);
+        let amplification = amplification(setup, own, monitor);
         let method = own.method.name;
         let values = own.values().to_vec();
         Ok(ReferenceSolution {
@@ -141,11 +141,11 @@ fn trust_rank(method: &IntegrationMethod) -> u32 {
 /// Runs of unrelated methods, the most trusted first, until two agree closely; and those that failed.
 #[allow(clippy::type_complexity, reason = "both halves are named above")]
 fn candidate_runs(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     patience: (&CostModel, f64),
     monitor: &mut Monitor,
 ) -> Result<(Vec<RefinementSeries>, Vec<(&'static str, String)>), Error> {
-    let model = &scene.model.model;
+    let model = &setup.model.model;
     let mut able: Vec<&'static IntegrationMethod> = METHODS
         .iter()
         .filter(|m| (m.unsupported_reason)(model).is_none())
@@ -182,7 +182,7 @@ fn candidate_runs(
             next += 1;
         }
         let cancel = monitor.cancel;
-        let refined = parallel::map(&wave, |method| refine(scene, method, patience, cancel));
+        let refined = parallel::map(&wave, |method| refine(setup, method, patience, cancel));
         for (method, refined) in wave.into_iter().zip(refined) {
             if is_enough(&found, method) {
                 return Ok((found, silent));
@@ -203,14 +203,14 @@ fn candidate_runs(
 
 /// Ever tighter runs of one method, while the next fits into what is left of its time.
 fn refine(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     method: &'static IntegrationMethod,
     (cost, patience): (&CostModel, f64),
     cancel: &CancelToken,
 ) -> Result<RefinementSeries, Error> {
     let mut trials: Vec<(Option<StepSize>, MethodRun)> = Vec::new();
     let mut left = patience;
-    for rung in step_sizes(scene, method) {
+    for rung in step_sizes(setup, method) {
         let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
         let next = trials
             .last()
@@ -226,7 +226,7 @@ fn refine(
             }
         }
         let patience = (cancel, left);
-        match run_method(scene, method, size, &scene.initial_state, patience) {
+        match run_method(setup, method, size, &setup.initial_state, patience) {
             Ok(trial) if relative_distance(&trial.values, &trial.values).is_finite() => {
                 left -= trial.seconds;
                 // The one before is enough to compare with.
@@ -299,7 +299,7 @@ fn self_check(own: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
 
 /// Runs once more from a changed start.
 fn amplification(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     own: &RefinementSeries,
     monitor: &mut Monitor,
 ) -> Option<Amplification> {
@@ -308,11 +308,11 @@ fn amplification(
         [.., (_, before), _] => best.deflections.change_above_errors(&before.deflections),
         _ => PERTURBATION_SHARE,
     };
-    let model = &scene.model.model;
-    let start = (best.deflections).perturbed_start(model, &scene.initial_state, change);
+    let model = &setup.model.model;
+    let start = (best.deflections).perturbed_start(model, &setup.initial_state, change);
     let request = request.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
     let patience = (monitor.cancel, 2.0 * best.seconds + 1.0);
-    let moved = run_method(scene, own.method, request, &start, patience).ok()?;
+    let moved = run_method(setup, own.method, request, &start, patience).ok()?;
     let found = (best.deflections).amplification(&moved.deflections, change)?;
     found.factor.is_finite().then_some(found)
 }

@@ -77,18 +77,18 @@ const MAX_HISTORIES: usize = 16;
 /// # Errors
 /// An unknown method; no method that could serve as the reference; `Interrupted` before there is one.
 pub fn work_precision(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     methods: &[String],
     patience: f64,
     monitor: &mut Monitor,
 ) -> Result<WorkPrecisionResult, Error> {
-    refuse(scene, methods)?;
+    refuse(setup, methods)?;
     let chosen: Vec<&'static IntegrationMethod> = match methods.is_empty() {
         true => METHODS.iter().collect(),
         false => find_methods(methods)?,
     };
-    let cost = CostModel::new(scene);
-    let reference = ReferenceSolution::compute_reference(scene, (&cost, patience), monitor)?;
+    let cost = CostModel::new(setup);
+    let reference = ReferenceSolution::compute_reference(setup, (&cost, patience), monitor)?;
     let judge = RunCriteria {
         reference: &reference,
         cost,
@@ -96,13 +96,13 @@ pub fn work_precision(
     };
     let mut runs = Vec::new();
     for method in chosen {
-        match (method.unsupported_reason)(&scene.model.model) {
+        match (method.unsupported_reason)(&setup.model.model) {
             Some(why) => runs.push(WorkPrecisionRun {
                 method: method.name,
                 step_size: None,
                 outcome: RunOutcome::Skipped(why),
             }),
-            None => run_step_sizes(scene, method, &judge, monitor, &mut runs),
+            None => run_step_sizes(setup, method, &judge, monitor, &mut runs),
         }
         if monitor.cancel.is_cancelled() {
             break;
@@ -119,9 +119,9 @@ pub fn work_precision(
 ///
 /// # Errors
 /// An unknown method; histories that would take more room than is allowed.
-pub fn refuse(scene: &SimulationSetup, methods: &[String]) -> Result<(), Error> {
+pub fn refuse(setup: &SimulationSetup, methods: &[String]) -> Result<(), Error> {
     find_methods(methods)?;
-    check_memory(scene, MAX_HISTORIES)
+    check_memory(setup, MAX_HISTORIES)
 }
 
 /// Criteria that judge the runs.
@@ -134,14 +134,14 @@ struct RunCriteria<'a> {
 
 /// Every rung of a method, the coarsest first; those that would take too long are listed and not begun.
 fn run_step_sizes(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     method: &'static IntegrationMethod,
     judge: &RunCriteria,
     monitor: &mut Monitor,
     runs: &mut Vec<WorkPrecisionRun>,
 ) {
     let mut dear = None;
-    for rung in step_sizes(scene, method) {
+    for rung in step_sizes(setup, method) {
         let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
         let least = judge.cost.lower_bound(method, size);
         let least = least.filter(|least| least.is_beyond(judge.time_limit));
@@ -150,7 +150,7 @@ fn run_step_sizes(
             Some(why) => RunOutcome::Skipped(String::clone(why)),
             None => {
                 let on = monitor.proceed(method.name);
-                let outcome = run(scene, method, rung, judge, monitor.cancel);
+                let outcome = run(setup, method, rung, judge, monitor.cancel);
                 if !on || monitor.cancel.is_cancelled() {
                     return;
                 }
@@ -236,7 +236,7 @@ impl WorkPrecisionResult {
 }
 
 fn run(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     method: &'static IntegrationMethod,
     rung: Option<StepSize>,
     judge: &RunCriteria,
@@ -245,10 +245,10 @@ fn run(
     let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
     let (outcome, seconds) = min_time(|| {
         let trial = run_method(
-            scene,
+            setup,
             method,
             size,
-            &scene.initial_state,
+            &setup.initial_state,
             (cancel, judge.time_limit),
         )?;
         let error = relative_distance(&trial.values, &judge.reference.values);

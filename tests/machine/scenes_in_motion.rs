@@ -7,8 +7,8 @@ use geardyn::internals::base::code::Code;
 use geardyn::internals::base::error::Error;
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::motion::dynamic_model::ForceLaw;
+use geardyn::internals::motion::step_response::step_response;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::output_statistics;
 use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
@@ -70,7 +70,7 @@ fn exact_step_of_one_freedom() {
     let (_, history) = moved(&scene, &study);
     let zeta: f64 = 0.1;
     let damped = 10.0 * (1.0 - zeta * zeta).sqrt();
-    let answer = output_statistics::step_response(&history.time, &history.values[0], 0.5).unwrap();
+    let answer = step_response(&history.time, &history.values[0], 0.5).unwrap();
     let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
     within(
         "overshoot",
@@ -104,8 +104,7 @@ fn exact_step_of_one_freedom() {
             ..study.clone()
         };
         let (_, history) = moved(&scene, &rough);
-        let found =
-            output_statistics::step_response(&history.time, &history.values[0], time).unwrap();
+        let found = step_response(&history.time, &history.values[0], time).unwrap();
         let off = [
             found.overshoot.0 / answer.overshoot.0 - 1.0,
             found.overshoot.1 / answer.overshoot.1 - 1.0,

@@ -110,16 +110,16 @@ impl CostBound<'_> {
 ///
 /// # Errors
 /// `BudgetExceeded`, with what they would take.
-pub fn check_memory(scene: &SimulationSetup, histories: usize) -> Result<(), Error> {
-    let columns = histories * (scene.outputs.list.len() + 1);
-    let numbers = columns as f64 * (scene.samples as f64 + 1.0);
+pub fn check_memory(setup: &SimulationSetup, histories: usize) -> Result<(), Error> {
+    let columns = histories * (setup.outputs.list.len() + 1);
+    let numbers = columns as f64 * (setup.samples as f64 + 1.0);
     if numbers <= MAX_HISTORY_VALUES {
         return Ok(());
     }
     let message = format!(
         "{} at {} instants would take {:.0} GB, and {:.0} are allowed",
         pluralise(columns, "column"),
-        scene.samples + 1,
+        setup.samples + 1,
         8e-9 * numbers,
         8e-9 * MAX_HISTORY_VALUES
     );
@@ -131,16 +131,16 @@ pub fn check_memory(scene: &SimulationSetup, histories: usize) -> Result<(), Err
 /// # Errors
 /// `BudgetExceeded`, with the estimate and what to try.
 pub fn check_budget(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     choice: &MethodChoice,
     study: &SimulateStudy,
 ) -> Result<(), Error> {
     if study.running.history {
-        check_memory(scene, 1)
+        check_memory(setup, 1)
             .map_err(|e| e.with_hint("request fewer --samples, or keep none with --no-history"))?;
     }
-    let least = CostModel::new(scene).lower_bound(choice.method, choice.step_size);
-    let Some(least) = least.filter(|least| least.is_beyond(scene.time_budget_s)) else {
+    let least = CostModel::new(setup).lower_bound(choice.method, choice.step_size);
+    let Some(least) = least.filter(|least| least.is_beyond(setup.time_budget_s)) else {
         return Ok(());
     };
     let room = match least.matrices {
@@ -151,17 +151,17 @@ pub fn check_budget(
         "{} would exceed the budget: {}, and {}{room} are allowed",
         choice.method.name,
         least.text(),
-        format_duration(scene.time_budget_s)
+        format_duration(setup.time_budget_s)
     );
     if least.matrices.is_some() {
-        return Err(Error::new(Code::BudgetExceeded, message).with_hint(matrix_hint(scene)));
+        return Err(Error::new(Code::BudgetExceeded, message).with_hint(matrix_hint(setup)));
     }
     let free = SimulateStudy {
         method: None,
         step: None,
         ..study.clone()
     };
-    let other = choose_method(&scene.model.model, &free).ok();
+    let other = choose_method(&setup.model.model, &free).ok();
     let other = other.filter(|other| other.method.name != choice.method.name);
     let other = other.map_or(String::new(), |other| {
         format!(
@@ -175,15 +175,15 @@ pub fn check_budget(
     };
     Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
         "request a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
-        format_duration(scene.time_budget_s),
-        format_time(scene.end_time * scene.time_budget_s / least.seconds),
+        format_duration(setup.time_budget_s),
+        format_time(setup.end_time * setup.time_budget_s / least.seconds),
         suggested_time_limit(least.seconds)
     )))
 }
 
 /// Hint for matrices that are too large.
-fn matrix_hint(scene: &SimulationSetup) -> String {
-    let train = &scene.model.model;
+fn matrix_hint(setup: &SimulationSetup) -> String {
+    let train = &setup.model.model;
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());
     let able: Vec<&str> = explicit
         .filter(|m| (m.unsupported_reason)(train).is_none())

@@ -14,14 +14,6 @@ pub mod stages;
 
 pub mod cost;
 
-pub mod output_statistics;
-
-mod peak_refinement;
-
-pub mod sampling_check;
-
 pub mod run;
-
-pub mod statistics;
 
 pub mod sensitivity;

@@ -4,9 +4,6 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::method_choice::MethodChoice;
-use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
-use super::peak_refinement::PeakRefinement;
-use super::sampling_check::{SamplingCheck, UndersampledOutput};
 use super::simulation_setup::SimulationSetup;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -16,8 +13,11 @@ use crate::motion::diagnostics;
 use crate::motion::energy_balance::{
     BalanceLimit, EnergyBalance, EnergyIntegrator, MAX_EVALUATIONS,
 };
+use crate::motion::output_statistics::{OutputStatistics, StatisticsAccumulator};
+use crate::motion::peak_refinement::PeakRefinement;
 use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer};
 use crate::motion::progress::time_exceeded;
+use crate::motion::sampling_check::{SamplingCheck, UndersampledOutput};
 
 /// Result of a study of motion.
 #[derive(Debug, Clone)]
@@ -44,19 +44,19 @@ pub struct MotionResult {
 
 /// Integration problem of a scene.
 pub fn integration_problem(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     choice: &MethodChoice,
     samples: usize,
     cancel: &CancelToken,
 ) -> IntegrationOptions {
     IntegrationOptions {
         from: 0.0,
-        to: scene.end_time,
-        initial_state: scene.initial_state.clone(),
+        to: setup.end_time,
+        initial_state: setup.initial_state.clone(),
         samples,
         step_size: choice.step_size,
         max_work: u64::MAX,
-        cancel: cancel.with_budget(scene.time_budget_s),
+        cancel: cancel.with_budget(setup.time_budget_s),
         observer: Observer::default(),
     }
 }
@@ -66,12 +66,12 @@ pub fn integration_problem(
 /// # Errors
 /// Those of the method.
 pub fn run(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     choice: &MethodChoice,
     energy: bool,
     cancel: &CancelToken,
 ) -> Result<MotionResult, Error> {
-    run_observed(scene, choice, energy, cancel, (true, &mut |_, _| Ok(())))
+    run_observed(setup, choice, energy, cancel, (true, &mut |_, _| Ok(())))
 }
 
 /// Observer of a running motion: at an instant with the state, at the outputs.
@@ -82,43 +82,44 @@ pub type StepObserver<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error
 /// # Errors
 /// Those of the method, and of those that look on.
 pub fn run_observed(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     choice: &MethodChoice,
     energy: bool,
     cancel: &CancelToken,
     (keep, watch): (bool, &mut StepObserver),
 ) -> Result<MotionResult, Error> {
-    let model = &scene.model.model;
-    let mut options = integration_problem(scene, choice, scene.samples, cancel);
+    let model = &setup.model.model;
+    let mut options = integration_problem(setup, choice, setup.samples, cancel);
     let meter = energy.then(|| {
         let limit = BalanceLimit {
             evaluations: MAX_EVALUATIONS,
             predicts: false,
             cancel: cancel.clone(),
         };
-        let known = scene.model.prescribed.as_ref();
+        let known = setup.model.prescribed.as_ref();
         let (meter, follower) =
             EnergyIntegrator::new(model, known, [options.from, options.to], limit);
         options.observer = follower;
         meter
     });
-    let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
-    let mut accumulators = vec![StatisticsAccumulator::default(); scene.outputs.list.len()];
-    let mut peaks = PeakRefinement::default();
-    let mut fineness = SamplingCheck::new(scene);
+    let (mut time, mut values) = (Vec::new(), vec![Vec::new(); setup.outputs.list.len()]);
+    let mut accumulators = vec![StatisticsAccumulator::default(); setup.outputs.list.len()];
+    let mut peaks = PeakRefinement::new(model, &setup.outputs);
+    let steps = (setup.end_time, setup.samples);
+    let mut fineness = SamplingCheck::new(model, &setup.outputs, steps);
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
     let stats = (choice.method.run)(model, &options, &mut |t, y, regime| {
-        let now = scene.outputs.evaluate(model, regime, t, y);
+        let now = setup.outputs.evaluate(model, regime, t, y);
         if let Some(at) = now.iter().position(|value| !value.is_finite()) {
-            refused = Some(overflow_error(&scene.outputs.list[at].name, now[at], t));
+            refused = Some(overflow_error(&setup.outputs.list[at].name, now[at], t));
             return ControlFlow::Break(());
         }
         for (reader, value) in accumulators.iter_mut().zip(&now) {
             reader.push(t, *value);
         }
-        peaks.push(scene, (t, y), regime, &now, &mut accumulators);
-        fineness.push(scene, (t, y), regime, &now);
+        peaks.push((t, y), regime, &now, &mut accumulators);
+        fineness.push((t, y), regime, &now);
         if keep {
             time.push(t);
             for (list, value) in values.iter_mut().zip(&now) {

@@ -6,15 +6,15 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::method_choice::MethodChoice;
-use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
 use super::run::integration_problem;
 use super::simulation_setup::SimulationSetup;
-use super::statistics::{Statistics, block_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_duration;
 use crate::base::time_budget::CancelToken;
+use crate::motion::block_statistics::{Statistics, block_error};
 use crate::motion::methods::StepControl;
+use crate::motion::output_statistics::{OutputStatistics, StatisticsAccumulator};
 use crate::motion::problem::StepSize;
 use crate::motion::sensitivity::{Amplification, Deflections, PERTURBATION_SHARE};
 
@@ -64,11 +64,11 @@ pub struct RunSamples {
 
 impl RunSamples {
     /// For the samples of a scene.
-    pub fn new(scene: &SimulationSetup) -> RunSamples {
-        let outputs = scene.outputs.list.len();
+    pub fn new(setup: &SimulationSetup) -> RunSamples {
+        let outputs = setup.outputs.list.len();
         RunSamples {
-            deflections: Deflections::new(&scene.model.model, scene.samples),
-            stride: scene.samples / MAX_COMPARED_SAMPLES + 1,
+            deflections: Deflections::new(&setup.model.model, setup.samples),
+            stride: setup.samples / MAX_COMPARED_SAMPLES + 1,
             count: 0,
             time: Vec::new(),
             values: vec![Vec::new(); outputs],
@@ -77,8 +77,8 @@ impl RunSamples {
     }
 
     /// Takes the next sample: instant and state, outputs.
-    pub fn see(&mut self, scene: &SimulationSetup, (t, y): (f64, &[f64]), outputs: &[f64]) {
-        self.deflections.see(&scene.model.model, t, y);
+    pub fn see(&mut self, setup: &SimulationSetup, (t, y): (f64, &[f64]), outputs: &[f64]) {
+        self.deflections.see(&setup.model.model, t, y);
         for (reader, value) in self.accumulators.iter_mut().zip(outputs) {
             reader.push(t, *value);
         }
@@ -151,7 +151,7 @@ impl Sensitivity {
     /// # Errors
     /// Those of the method; `BudgetExceeded` where the second run takes far longer than the first.
     pub fn measure(
-        scene: &SimulationSetup,
+        setup: &SimulationSetup,
         choice: &MethodChoice,
         (first, seconds): (&RunSamples, f64),
         cancel: &CancelToken,
@@ -163,8 +163,8 @@ impl Sensitivity {
             let changed =
                 first
                     .deflections
-                    .perturbed_start(&scene.model.model, &scene.initial_state, change);
-            run(scene, (choice, size), changed, (cancel, patience), hear)
+                    .perturbed_start(&setup.model.model, &setup.initial_state, change);
+            run(setup, (choice, size), changed, (cancel, patience), hear)
         };
         let other = match (choice.method.step_control, choice.step_size) {
             (StepControl::Exact, size) => size,
@@ -198,27 +198,27 @@ impl Sensitivity {
 
 /// Repeats the run from another start and at the given tolerance.
 fn run(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     (choice, size): (&MethodChoice, StepSize),
     start: Vec<f64>,
     (cancel, patience): (&CancelToken, f64),
     hear: &dyn Fn(f64),
 ) -> Result<RunSamples, Error> {
-    let model = &scene.model.model;
+    let model = &setup.model.model;
     let mut ask = integration_problem(
-        scene,
+        setup,
         choice,
-        scene.samples,
+        setup.samples,
         &cancel.with_deadline(patience),
     );
     (ask.initial_state, ask.step_size) = (start, size);
-    let mut rows = RunSamples::new(scene);
+    let mut rows = RunSamples::new(setup);
     let mut finite = true;
     (choice.method.run)(model, &ask, &mut |t, y, regime| {
-        let now = scene.outputs.evaluate(model, regime, t, y);
+        let now = setup.outputs.evaluate(model, regime, t, y);
         finite = now.iter().all(|value| value.is_finite());
-        rows.see(scene, (t, y), &now);
-        hear(t / scene.end_time);
+        rows.see(setup, (t, y), &now);
+        hear(t / setup.end_time);
         match finite {
             true => ControlFlow::Continue(()),
             false => ControlFlow::Break(()),
@@ -227,7 +227,7 @@ fn run(
     if !finite {
         return Err(Error::new(Code::Overflow, "the second run diverged"));
     }
-    if rows.count <= scene.samples {
+    if rows.count <= setup.samples {
         let message = format!(
             "a run from a changed start takes more than {}, {MAX_TIME_RATIO} times the first",
             format_duration(patience)

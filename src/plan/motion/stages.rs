@@ -12,16 +12,16 @@ use crate::scene::study::SimulateStudy;
 
 /// The plan of a motion, row by row.
 pub fn plan(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     choice: &MethodChoice,
     study: &SimulateStudy,
 ) -> Vec<(&'static str, StageDecision)> {
-    let model = &scene.model.model;
+    let model = &setup.model.model;
     let branches = match model.elements.len() {
         1 => "1 branch".to_string(),
         n => format!("{n} branches"),
     };
-    let outputs = scene.outputs.list.len();
+    let outputs = setup.outputs.list.len();
     let mut rows = vec![
         (
             "equations",
@@ -34,7 +34,7 @@ pub fn plan(
         ),
         ("structure", StageDecision::Runs(structure_text(model))),
     ];
-    if let Some(known) = &scene.model.prescribed {
+    if let Some(known) = &setup.model.prescribed {
         let moved = |m: &PrescribedMotion| {
             let name = &known.whole.coordinates[m.coordinate];
             format!("{name} by {}", m.name)
@@ -58,8 +58,8 @@ pub fn plan(
                 } else {
                     "seen, none kept,"
                 },
-                scene.samples + 1,
-                crate::base::quantity::format_time(scene.end_time / scene.samples as f64),
+                setup.samples + 1,
+                crate::base::quantity::format_time(setup.end_time / setup.samples as f64),
                 pluralise(
                     2 * model.coordinate_count() + model.internal_count(),
                     "state"

@@ -31,16 +31,16 @@ pub struct PerturbedScene {
 
 impl PerturbedScene {
     /// A scene as it is.
-    pub fn new(scene: &SimulationSetup, tolerance: f64, step: f64) -> PerturbedScene {
-        let known = scene.model.prescribed.as_ref();
+    pub fn new(setup: &SimulationSetup, tolerance: f64, step: f64) -> PerturbedScene {
+        let known = setup.model.prescribed.as_ref();
         PerturbedScene {
-            model: known.map_or(&scene.model.model, |k| &k.whole).clone(),
+            model: known.map_or(&setup.model.model, |k| &k.whole).clone(),
             motions: known.map_or(Vec::new(), |k| k.motions.clone()),
-            start: scene.initial_state.clone(),
-            end_time: scene.end_time,
+            start: setup.initial_state.clone(),
+            end_time: setup.end_time,
             tolerance,
             step,
-            budget: work_limit(scene),
+            budget: work_limit(setup),
         }
     }
 
@@ -70,9 +70,9 @@ pub const BASELINE_FACTOR: u64 = 10;
 
 /// [`MAX_WORK`] for a scene: of more than twenty degrees of freedom, each evaluation costing in proportion, as many fewer as
 /// they are more.
-pub fn work_limit(scene: &SimulationSetup) -> u64 {
+pub fn work_limit(setup: &SimulationSetup) -> u64 {
     const TWENTY: u64 = 20;
-    MAX_WORK * TWENTY / TWENTY.max(scene.model.model.coordinate_count() as u64)
+    MAX_WORK * TWENTY / TWENTY.max(setup.model.model.coordinate_count() as u64)
 }
 
 /// Every case, the unchanged scene first.
@@ -109,30 +109,30 @@ pub fn case_names() -> impl Iterator<Item = &'static str> {
 
 /// Cases that would change nothing in a scene, and why.
 pub fn skipped_cases(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
 ) -> impl Iterator<Item = (&'static str, &'static str)> {
     let idle =
-        |&(name, _): &(&'static str, Perturbation)| Some((name, no_effect_reason(name, scene)?));
+        |&(name, _): &(&'static str, Perturbation)| Some((name, no_effect_reason(name, setup)?));
     CASES.iter().filter_map(idle)
 }
 
 /// Why a case changes nothing.
-pub fn no_effect_reason(name: &str, scene: &SimulationSetup) -> Option<&'static str> {
-    let known = scene.model.prescribed.as_ref();
-    let model = known.map_or(&scene.model.model, |k| &k.whole);
+pub fn no_effect_reason(name: &str, setup: &SimulationSetup) -> Option<&'static str> {
+    let known = setup.model.prescribed.as_ref();
+    let model = known.map_or(&setup.model.model, |k| &k.whole);
     let plays = |law: &ForceLaw| matches!(law, ForceLaw::Contact(c) if c.half_play > 0.0);
     let imposed = model.elements.iter().any(|b| {
         let waves = b.stiffness_wave.iter().chain(&b.angle_waves);
         waves.into_iter().any(|w| w.phase.angle().is_none()) || b.imposed_displacement.is_some()
     });
-    let n = scene.model.model.coordinate_count();
-    let turns = known.is_some() || scene.initial_state[n..2 * n].iter().any(|v| *v != 0.0);
+    let n = setup.model.model.coordinate_count();
+    let turns = known.is_some() || setup.initial_state[n..2 * n].iter().any(|v| *v != 0.0);
     match name {
         "backlash 0" | "backlash × 1e4" if !model.elements.iter().any(|b| plays(&b.law)) => {
             Some("no contact has play")
         }
         "speed 0" | "speed × 100" if !turns && !imposed => {
-            Some("the scene starts at rest and no speed is imposed")
+            Some("the setup starts at rest and no speed is imposed")
         }
         _ => None,
     }

@@ -91,11 +91,11 @@ impl CaseMethods {
     /// # Errors
     /// An unknown method.
     pub fn new(
-        scene: &SimulationSetup,
+        setup: &SimulationSetup,
         study: &SimulateStudy,
         names: &[String],
     ) -> Result<CaseMethods, Error> {
-        let model = &scene.model.model;
+        let model = &setup.model.model;
         let of = |names: &'static [&str]| METHODS.iter().filter(move |m| names.contains(&m.name));
         let (mut every, mut stepped): (Vec<_>, Vec<_>) = if names.is_empty() {
             let free = SimulateStudy {
@@ -136,17 +136,17 @@ impl CaseMethods {
 
 /// Reruns a scene at its extremes. Ended early, it gives the cases that were finished.
 pub fn stress_test(
-    scene: &SimulationSetup,
+    setup: &SimulationSetup,
     study: &SimulateStudy,
     methods: &CaseMethods,
     monitor: &mut Monitor,
 ) -> Vec<StressCase> {
     let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-    let step = study.step.unwrap_or(scene.end_time / STEPS);
-    let as_it_is = PerturbedScene::new(scene, tolerance, step);
+    let step = study.step.unwrap_or(setup.end_time / STEPS);
+    let as_it_is = PerturbedScene::new(setup, tolerance, step);
     let changes = CASES
         .iter()
-        .filter(|c| no_effect_reason(c.0, scene).is_none());
+        .filter(|c| no_effect_reason(c.0, setup).is_none());
     // A step far too large is for those that take what they are given.
     let coarse: (_, Perturbation) = (COARSE_STEP.0, |x| x.step = COARSE_STEP.1 * x.end_time);
     let every = changes.flat_map(|change| methods.every.iter().map(move |m| (change, *m)));
@@ -164,7 +164,7 @@ pub fn stress_test(
         }
         let mut extreme = as_it_is.clone();
         change(&mut extreme);
-        run_case(name, method, (&extreme, scene.samples), cancel)
+        run_case(name, method, (&extreme, setup.samples), cancel)
     });
     finished.into_iter().flatten().collect()
 }

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::simulation_setup::SimulationSetup;
-use crate::motion::problem::OdeProblem;
-use crate::motion::regime::Regime;
+use super::dynamic_model::DynamicModel;
+use super::outputs::MotionOutputs;
+use super::problem::OdeProblem;
+use super::regime::Regime;
 
 /// Instants looked at, at most: a slope costs an evaluation of the equations.
 const MAX_EVALUATIONS: usize = 256;
@@ -23,7 +24,10 @@ const MIN_SAMPLES: usize = 4;
 /// For a sine the mean size of the slope over the mean deviation is its ω, wherever the samples lie in its period; so what is as fast
 /// as the samples, or much faster, is seen, where a look at the samples alone would take it for something slow. A jump counts by
 /// its height and no more. What repeats exactly from sample to sample with no slope there cannot be seen.
-pub struct SamplingCheck {
+pub struct SamplingCheck<'m> {
+    model: &'m DynamicModel,
+    outputs: &'m MotionOutputs,
+    samples: usize,
     /// Between two samples, s.
     spacing: f64,
     /// Stride between examined samples.
@@ -44,32 +48,33 @@ pub struct UndersampledOutput {
     pub per_period: f64,
 }
 
-impl SamplingCheck {
-    /// For the samples of a scene.
-    pub fn new(scene: &SimulationSetup) -> SamplingCheck {
-        let outputs = scene.outputs.list.len();
+impl<'m> SamplingCheck<'m> {
+    /// For outputs of a model at equal steps over a time, s.
+    pub fn new(
+        model: &'m DynamicModel,
+        outputs: &'m MotionOutputs,
+        (end_time, samples): (f64, usize),
+    ) -> SamplingCheck<'m> {
+        let count = outputs.list.len();
         SamplingCheck {
-            spacing: scene.end_time / scene.samples as f64,
-            stride: scene.samples / MAX_EVALUATIONS + 1,
+            model,
+            outputs,
+            samples,
+            spacing: end_time / samples as f64,
+            stride: samples / MAX_EVALUATIONS + 1,
             seen: 0,
-            values: vec![Vec::new(); outputs],
-            slopes: vec![0.0; outputs],
+            values: vec![Vec::new(); count],
+            slopes: vec![0.0; count],
         }
     }
 
     /// Adds the next sample: the state, the contact states and the outputs there.
-    pub fn push(
-        &mut self,
-        scene: &SimulationSetup,
-        (t, y): (f64, &[f64]),
-        regime: Option<&Regime>,
-        now: &[f64],
-    ) {
-        let model = &scene.model.model;
+    pub fn push(&mut self, (t, y): (f64, &[f64]), regime: Option<&Regime>, now: &[f64]) {
+        let model = self.model;
         let due = self.seen.is_multiple_of(self.stride);
         self.seen += 1;
         // Where nodes have no inertia the equations give no slope of every state.
-        if !due || model.has_massless() || scene.samples < MIN_SAMPLES {
+        if !due || model.has_massless() || self.samples < MIN_SAMPLES {
             return;
         }
         // Nothing switches between the two instants of a slope.
@@ -79,7 +84,7 @@ impl SamplingCheck {
         let mut slope = vec![0.0; model.len()];
         model.derivative_in(regime, t, y, &mut slope);
         let beyond: Vec<f64> = y.iter().zip(&slope).map(|(y, s)| y + near * s).collect();
-        let then = scene.outputs.evaluate(model, regime, t + near, &beyond);
+        let then = self.outputs.evaluate(model, regime, t + near, &beyond);
         for (at, (now, then)) in now.iter().zip(&then).enumerate() {
             if then.is_finite() {
                 self.values[at].push(*now);

@@ -5,10 +5,10 @@
 //! equations show how much: where its second derivative is off by r there, it is off by `r h²/24` itself, and its slope by 3.43 times
 //! that over h at most. A peak is taken only where that leaves the digits shown.
 
+use super::dynamic_model::{DynamicModel, ElementState};
 use super::output_statistics::StatisticsAccumulator;
-use super::simulation_setup::SimulationSetup;
-use crate::motion::dynamic_model::{DynamicModel, ElementState};
-use crate::motion::regime::Regime;
+use super::outputs::MotionOutputs;
+use super::regime::Regime;
 
 /// A refined peak may be off by this share of its size: half of the fourth digit.
 const MAX_ERROR: f64 = 5e-5;
@@ -26,24 +26,33 @@ struct Sample {
 }
 
 /// Refines the extremes of outputs while a motion runs.
-#[derive(Default)]
-pub struct PeakRefinement {
+pub struct PeakRefinement<'m> {
+    model: &'m DynamicModel,
+    outputs: &'m MotionOutputs,
     /// The last two samples.
     last: [Option<Sample>; 2],
 }
 
-impl PeakRefinement {
+impl<'m> PeakRefinement<'m> {
+    /// For outputs of a model.
+    pub fn new(model: &'m DynamicModel, outputs: &'m MotionOutputs) -> PeakRefinement<'m> {
+        PeakRefinement {
+            model,
+            outputs,
+            last: [None, None],
+        }
+    }
+
     /// Takes the next sample and raises the extremes that lie next to the one before.
     pub fn push(
         &mut self,
-        scene: &SimulationSetup,
         (t, y): (f64, &[f64]),
         regime: Option<&Regime>,
         outputs: &[f64],
         accumulators: &mut [StatisticsAccumulator],
     ) {
         // The equations do not give the acceleration of nodes without inertia.
-        if scene.model.model.has_massless() {
+        if self.model.has_massless() {
             return;
         }
         let next = Sample {
@@ -61,7 +70,9 @@ impl PeakRefinement {
                     continue;
                 }
                 for (one, two) in [(before, middle), (middle, &next)] {
-                    if let Some((t, value)) = peak(scene, at, reach.signum(), one, two) {
+                    if let Some((t, value)) =
+                        peak((self.model, self.outputs), at, reach.signum(), one, two)
+                    {
                         accumulator.extend(t, value);
                     }
                 }
@@ -74,13 +85,12 @@ impl PeakRefinement {
 
 /// The peak of an output between two samples of one regime, upward where `sense` is 1; absent where it is not known well enough.
 fn peak(
-    scene: &SimulationSetup,
+    (model, outputs): (&DynamicModel, &MotionOutputs),
     output: usize,
     sense: f64,
     one: &Sample,
     two: &Sample,
 ) -> Option<(f64, f64)> {
-    let model = &scene.model.model;
     let held = [one, two].map(|s| model.output_regime(s.regime.as_ref(), s.t, &s.state));
     if !are_alike(model, &held[0], &held[1]) {
         return None;
@@ -89,7 +99,7 @@ fn peak(
     let value_at = |share: f64, state: &[f64]| {
         let t = between.time(share);
         let regime = carried_on(model, &held[0], t, state);
-        scene.outputs.evaluate(model, Some(&regime), t, state)[output]
+        outputs.evaluate(model, Some(&regime), t, state)[output]
     };
     let value = |share: f64| value_at(share, &between.state(share));
     let mut values = [0.0; PARTS + 1];
