@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use beside::{Took, best, python};
-use geardyn::internals::modes::modal_basis::{self, LISTED_SHAPES, UndampedSolver};
+use geardyn::internals::modes::modal_basis::{self, LISTED_SHAPE_TOLERANCE, UndampedSolver};
 use geardyn::internals::modes::mode_subset::{self, SubsetRequest};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene;
@@ -56,7 +56,10 @@ fn main() {
         let machine = prepared(n);
         let theirs = peer("dense", n);
         for (name, solver) in [
-            ("energies", UndampedSolver::Energies(LISTED_SHAPES)),
+            (
+                "energies",
+                UndampedSolver::Symmetric(LISTED_SHAPE_TOLERANCE),
+            ),
             ("factored", UndampedSolver::Factored),
         ] {
             if solver == UndampedSolver::Factored && n > 500 {

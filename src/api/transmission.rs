@@ -3,7 +3,7 @@
 use crate::base::error::Diagnostic;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
+use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
 use crate::report::te_lines::source;
 
 /// The transmission error of a chain at its output.

@@ -148,7 +148,7 @@ fn simulation_plans(
             StudyKind::Transmission(te) => {
                 all.push((
                     "te",
-                    crate::plan::transmission::run::plan(&machine.machine, te),
+                    crate::plan::transmission::stages::plan(&machine.machine, te),
                 ));
                 continue;
             }

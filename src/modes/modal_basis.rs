@@ -16,7 +16,7 @@ use crate::numeric::{Matrix, graded, symmetric};
 pub enum UndampedSolver {
     /// Symmetric eigenproblem, frequencies from energies; the factored form where their bound is too large. Shapes have of each other what
     /// gives their strains a cosine of this at most.
-    Energies(f64),
+    Symmetric(f64),
     /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi. Shapes are as right as the frequencies.
     Factored,
 }
@@ -40,7 +40,7 @@ pub struct ModalBasis {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BasisSolution {
     /// Energies of the modes of a symmetric eigenproblem.
-    Energies {
+    Symmetric {
         /// Bound of the relative error of any frequency.
         bound: f64,
         /// Number of modes that were rotated.
@@ -68,7 +68,7 @@ impl ModalBasis {
 const FACTORED_DIGITS: f64 = 13.0;
 
 /// Tolerance of shapes that are listed and read, and feed no further solution.
-pub const LISTED_SHAPES: f64 = 1e-9;
+pub const LISTED_SHAPE_TOLERANCE: f64 = 1e-9;
 
 /// A frequency above this share of the largest is no rounding of a zero.
 const STRAINED: f64 = 1e-6;
@@ -92,7 +92,7 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
         mass_factor,
         rigid,
     };
-    if let UndampedSolver::Energies(shape_tolerance) = solver
+    if let UndampedSolver::Symmetric(shape_tolerance) = solver
         && let Some(basis) = frame.by_energies(shape_tolerance)?
     {
         return Ok(basis);
@@ -161,7 +161,7 @@ impl ScaledEigenproblem<'_> {
             return Ok(None);
         }
         let shapes = expansion.product(&vectors);
-        let solution = BasisSolution::Energies { bound, n_rotated };
+        let solution = BasisSolution::Symmetric { bound, n_rotated };
         let column = |j: usize| shapes.col_as_slice(j);
         self.basis(omega, column, solution).map(Some)
     }

@@ -9,6 +9,7 @@ use crate::machine::components::Machine;
 use crate::machine::direction::Direction;
 use crate::machine::linear::LinearModel;
 use crate::machine::spin::SpinTerms;
+use crate::numeric::vector_ops::add_outer;
 use crate::numeric::{Matrix, symmetric};
 
 /// Matrices over `(η, d)`.
@@ -185,17 +186,6 @@ impl ModalMatrices {
                     self.damping[(i, j)] +=
                         global.stiffness * (self.stiffness[(i, j)] + self.stiffness[(j, i)]) / 2.0;
                 }
-            }
-        }
-    }
-}
-
-/// `A += value · u wᵀ` from row and column `from` on.
-fn add_outer(a: &mut Matrix, value: f64, u: &[f64], w: &[f64], from: usize) {
-    for j in from..w.len() {
-        if w[j] != 0.0 {
-            for i in from..u.len() {
-                a[(i, j)] += value * u[i] * w[j];
             }
         }
     }

@@ -145,7 +145,7 @@ pub fn solve(
     Ok(ModeSubset {
         modes,
         solver,
-        solves: ritz.steps,
+        solves: ritz.solves,
         sturm_verified: ritz.sturm_verified,
     })
 }

@@ -8,6 +8,7 @@ use super::modal_matrices;
 use crate::machine::components::Machine;
 use crate::machine::linear::LinearModel;
 use crate::machine::spin::SpinTerms;
+use crate::numeric::vector_ops::add_outer;
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// A linear machine with all that its equations depend on.
@@ -110,7 +111,7 @@ impl SystemMatrices {
         };
         for mass in &context.model.masses {
             let v = project_direction(&mass.direction, &matrices.transform);
-            add_outer(&mut matrices.mass, mass.value, &v, &v);
+            add_outer(&mut matrices.mass, mass.value, &v, &v, 0);
         }
         matrices.massless = (0..n).filter(|&i| matrices.mass[(i, i)] == 0.0).collect();
         matrices.add_branches(context, n_rigid);
@@ -171,8 +172,8 @@ impl SystemMatrices {
                 Some(force) => project_direction(force, &self.transform),
                 None => along.clone(),
             };
-            add_outer(&mut self.stiffness, branch.stiffness, &acts, &along);
-            add_outer(&mut self.damping, branch.damping, &acts, &along);
+            add_outer(&mut self.stiffness, branch.stiffness, &acts, &along, 0);
+            add_outer(&mut self.damping, branch.damping, &acts, &along, 0);
             if branch.loss_factor != 0.0 {
                 let n = along.len();
                 let hysteretic = self.hysteretic.get_or_insert_with(|| Matrix::zeros(n, n));
@@ -181,6 +182,7 @@ impl SystemMatrices {
                     branch.loss_factor * branch.stiffness,
                     &acts,
                     &along,
+                    0,
                 );
             }
         }
@@ -193,19 +195,19 @@ impl SystemMatrices {
                 project_direction(a, &self.transform),
                 project_direction(b, &self.transform),
             );
-            add_outer(&mut self.damping, *g, &a, &b);
-            add_outer(&mut self.damping, -g, &b, &a);
+            add_outer(&mut self.damping, *g, &a, &b, 0);
+            add_outer(&mut self.damping, -g, &b, &a, 0);
         }
         for (v, m) in &terms.centripetal {
             let v = seen_by_rigid(v, &self.transform, n_rigid);
-            add_outer(&mut self.stiffness, -m, &v, &v);
+            add_outer(&mut self.stiffness, -m, &v, &v, 0);
         }
         for (u, w, c) in &terms.circulatory {
             let (u, w) = (
                 project_direction(u, &self.transform),
                 project_direction(w, &self.transform),
             );
-            add_outer(&mut self.stiffness, *c, &u, &w);
+            add_outer(&mut self.stiffness, *c, &u, &w, 0);
         }
     }
 
@@ -244,6 +246,7 @@ impl SystemMatrices {
                 2.0 * zeta * context.basis.omega[mode],
                 &momentum,
                 &momentum,
+                0,
             );
         }
     }
@@ -262,18 +265,4 @@ pub fn reference_dofs(model: &LinearModel) -> Vec<(usize, f64)> {
         (first, model.transform[first].first().map_or(1.0, |t| t.1))
     };
     (0..model.n).map(of).collect()
-}
-
-/// `A += value · u wᵀ`.
-fn add_outer(a: &mut Matrix, value: f64, u: &[f64], w: &[f64]) {
-    if value == 0.0 {
-        return;
-    }
-    for j in 0..w.len() {
-        if w[j] != 0.0 {
-            for i in 0..u.len() {
-                a[(i, j)] += value * u[i] * w[j];
-            }
-        }
-    }
 }

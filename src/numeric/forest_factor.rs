@@ -29,14 +29,14 @@ pub struct ForestFactor<'f> {
     flexibility: Vec<f64>,
     /// `−a c k / (d + k c²)`: what a force on the child is on the parent.
     ratio: Vec<f64>,
-    closed: Option<LoopCorrection>,
+    loop_forces: Option<LoopForces>,
     negative: usize,
     smallest: f64,
 }
 
 /// The forces of the loops, and the turning of trees that only loops of contradicting ratios hold.
 #[derive(Debug)]
-struct LoopCorrection {
+struct LoopForces {
     scale: Vec<f64>,
     factor: FullPivLu<f64>,
     /// Which tree turns by each unknown behind the loops' forces.
@@ -79,7 +79,7 @@ impl<'f> ForestFactor<'f> {
             stiffness: forest.ground.clone(),
             flexibility: vec![0.0; n],
             ratio: vec![0.0; n],
-            closed: None,
+            loop_forces: None,
             negative: 0,
             smallest: 1.0,
             inertial,
@@ -90,9 +90,9 @@ impl<'f> ForestFactor<'f> {
             .for_each(|(d, s)| *d += s);
         this.pivot();
         if !forest.loops.is_empty() {
-            let closed = this.factor_loops();
-            this.negative = this.negative.saturating_sub(closed.negative);
-            this.closed = Some(closed);
+            let loop_forces = this.factor_loops();
+            this.negative = this.negative.saturating_sub(loop_forces.negative);
+            this.loop_forces = Some(loop_forces);
         }
         this
     }
@@ -148,7 +148,7 @@ impl<'f> ForestFactor<'f> {
     }
 
     /// The small matrix of the loops: symmetric, `[k⁻¹ + wᵀA⁻¹w, −G; −Gᵀ, 0]` with G the slip of each locked tree.
-    fn factor_loops(&self) -> LoopCorrection {
+    fn factor_loops(&self) -> LoopForces {
         let forest = self.forest;
         let p = forest.loops.len();
         let locked: Vec<usize> = match self.inertial.is_empty() {
@@ -198,7 +198,7 @@ impl<'f> ForestFactor<'f> {
                 .self_adjoint_eigenvalues(Side::Lower)
                 .map_or(0, |values| values.iter().filter(|v| **v < 0.0).count()),
         };
-        LoopCorrection {
+        LoopForces {
             scale,
             factor: scaled.full_piv_lu(),
             locked,
@@ -291,7 +291,7 @@ impl<'f> ForestFactor<'f> {
     fn solve_closed(&self, mut load: Vec<f64>) -> (Vec<f64>, SpringDeformation) {
         let forest = self.forest;
         let mut links = vec![0.0; load.len()];
-        let Some(closed) = &self.closed else {
+        let Some(loop_forces) = &self.loop_forces else {
             self.solve_forest(&mut load, &mut links);
             return (
                 load,
@@ -304,18 +304,18 @@ impl<'f> ForestFactor<'f> {
         let p = forest.loops.len();
         let mut open = load.clone();
         self.solve_forest(&mut open, &mut links);
-        let mut right = Matrix::zeros(closed.scale.len(), 1);
+        let mut right = Matrix::zeros(loop_forces.scale.len(), 1);
         for (row, closing) in forest.loops.iter().enumerate() {
-            right[(row, 0)] = closed.scale[row] * closing.deformation(&open, &links);
+            right[(row, 0)] = loop_forces.scale[row] * closing.deformation(&open, &links);
         }
-        for (t, &tree) in closed.locked.iter().enumerate() {
+        for (t, &tree) in loop_forces.locked.iter().enumerate() {
             let span = forest.trees[tree].start..forest.trees[tree].end;
             let work: f64 = span.map(|at| forest.rigid_shape[at] * load[at]).sum();
-            right[(p + t, 0)] = -closed.scale[p + t] * work;
+            right[(p + t, 0)] = -loop_forces.scale[p + t] * work;
         }
-        let unknown = closed.factor.solve(&right);
+        let unknown = loop_forces.factor.solve(&right);
         let forces: Vec<f64> = (0..p)
-            .map(|row| closed.scale[row] * unknown[(row, 0)])
+            .map(|row| loop_forces.scale[row] * unknown[(row, 0)])
             .collect();
         for (closing, force) in forest.loops.iter().zip(&forces) {
             closing
@@ -324,8 +324,8 @@ impl<'f> ForestFactor<'f> {
                 .for_each(|&(at, w)| load[at] -= w * force);
         }
         self.solve_forest(&mut load, &mut links);
-        for (t, &tree) in closed.locked.iter().enumerate() {
-            let turn = closed.scale[p + t] * unknown[(p + t, 0)];
+        for (t, &tree) in loop_forces.locked.iter().enumerate() {
+            let turn = loop_forces.scale[p + t] * unknown[(p + t, 0)];
             (forest.trees[tree].start..forest.trees[tree].end)
                 .for_each(|at| load[at] += turn * forest.rigid_shape[at]);
         }

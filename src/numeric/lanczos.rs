@@ -60,7 +60,7 @@ pub struct RitzPairs {
     /// `‖(K − σM)⁻¹Mφ − θφ‖_M / |θ|` before the last solve, which shrinks it further.
     pub residuals: Vec<f64>,
     /// Number of solved systems.
-    pub steps: usize,
+    pub solves: usize,
     /// Runs, of which each finds at most one mode of a repeated frequency.
     pub runs: usize,
     /// Whether a Sturm count says that no mode among them is missing.
@@ -83,7 +83,7 @@ pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
         n_modes: wanted,
         fixed: Vec::new(),
         modes: Vec::new(),
-        steps: 0,
+        solves: 0,
     };
     for r in search.rigid {
         let mut r = r.clone();
@@ -98,7 +98,9 @@ pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
         {
             return Ok(work.finish(run, counted == Some(true)));
         }
-        let begin = start.take().unwrap_or_else(|| work.random(run as u64));
+        let begin = start
+            .take()
+            .unwrap_or_else(|| work.random_vector(run as u64));
         let result = work.run(begin)?;
         if result.exhausted && result.modes.is_empty() {
             return Ok(work.finish(run + 1, counted == Some(true)));
@@ -114,7 +116,7 @@ pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
         Code::NoConvergence,
         format!(
             "Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted",
-            work.steps
+            work.solves
         ),
     ))
 }
@@ -136,7 +138,7 @@ struct LanczosState<'a> {
     /// Rigid motions, then modes, all M-orthonormal.
     fixed: Vec<Vec<f64>>,
     modes: Vec<ConvergedPair>,
-    steps: usize,
+    solves: usize,
 }
 
 impl LanczosState<'_> {
@@ -179,7 +181,7 @@ impl LanczosState<'_> {
     }
 
     /// Numbers in (−1, 1) without pattern, the same every time, smoothed by one solve.
-    fn random(&mut self, seed: u64) -> Vec<f64> {
+    fn random_vector(&mut self, seed: u64) -> Vec<f64> {
         let mut state = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let number = |_| {
             state ^= state << 13;
@@ -189,7 +191,7 @@ impl LanczosState<'_> {
         };
         let mut x: Vec<f64> = (0..self.search.mass.len()).map(number).collect();
         let norm = self.orthogonalise(&mut x, &[]);
-        self.steps += 1;
+        self.solves += 1;
         let mut x = self.mass_times(&normalised(x, norm));
         self.search.inverse.solve(&mut x);
         x
@@ -223,7 +225,7 @@ impl LanczosState<'_> {
             let mv = self.mass_times(&basis[j]);
             let mut w = mv.clone();
             self.search.inverse.solve(&mut w);
-            self.steps += 1;
+            self.solves += 1;
             alpha.push(dot(&w, &mv));
             axpy(&mut w, -alpha[j], &basis[j]);
             if j > 0 {
@@ -354,7 +356,7 @@ impl LanczosState<'_> {
         if energy.is_none() {
             self.search.inverse.solve(&mut y);
         }
-        self.steps += 1;
+        self.solves += 1;
         let work = dot(&f, &y);
         let of_others = self.energy_of_modes(&y);
         let mut rest = y.clone();
@@ -419,7 +421,7 @@ impl LanczosState<'_> {
             values,
             vectors,
             residuals,
-            steps: self.steps,
+            solves: self.solves,
             runs,
             sturm_verified: counted,
         }
@@ -471,9 +473,9 @@ mod tests {
                 );
             }
             assert!(
-                found.steps <= 7 * count / 2 + 25,
+                found.solves <= 7 * count / 2 + 25,
                 "{count}: {}",
-                found.steps
+                found.solves
             );
         }
     }

@@ -4,6 +4,7 @@
 //! A diagonal matrix costs n operations, blocks on the diagonal the sum of theirs, a full matrix n³/3 (George and Liu, Computer Solution of
 //! Large Sparse Positive Definite Systems, 1981, ch. 4).
 
+use super::vector_ops::dot;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -26,7 +27,7 @@ impl ProfileMatrix {
     }
 
     /// Blocks along the diagonal, each as its lower triangle row by row.
-    pub fn of_blocks(blocks: impl Iterator<Item = Vec<f64>>) -> ProfileMatrix {
+    pub fn from_blocks(blocks: impl Iterator<Item = Vec<f64>>) -> ProfileMatrix {
         let mut matrix = ProfileMatrix::default();
         for block in blocks {
             let (mut begin, mut length) = (0, 1);
@@ -39,7 +40,7 @@ impl ProfileMatrix {
     }
 
     /// The matrix of `n` rows, row by row; the lower triangle is read.
-    pub fn of_rows(rows: &[f64], n: usize) -> ProfileMatrix {
+    pub fn from_rows(rows: &[f64], n: usize) -> ProfileMatrix {
         let mut matrix = ProfileMatrix::default();
         for (i, row) in rows.chunks_exact(n).enumerate() {
             let begin = row[..i].iter().position(|x| *x != 0.0).unwrap_or(i);
@@ -135,9 +136,4 @@ impl Cholesky {
             above.for_each(|(b, l)| *b -= l * x);
         }
     }
-}
-
-/// Sum of products over the shorter of two slices.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

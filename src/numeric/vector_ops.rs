@@ -1,4 +1,6 @@
-//! Vector operations on slices: dot, axpy, linear combinations.
+//! Vector operations on slices: dot, axpy, linear combinations, outer products.
+
+use super::Matrix;
 
 /// `x / norm`, or x where the norm is zero.
 pub fn normalised(mut x: Vec<f64>, norm: f64) -> Vec<f64> {
@@ -88,4 +90,15 @@ pub fn sum(a: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + rest
+}
+
+/// `A += value · u wᵀ` from row and column `from` on.
+pub fn add_outer(a: &mut Matrix, value: f64, u: &[f64], w: &[f64], from: usize) {
+    for j in from..w.len() {
+        if value != 0.0 && w[j] != 0.0 {
+            for i in from..u.len() {
+                a[(i, j)] += value * u[i] * w[j];
+            }
+        }
+    }
 }

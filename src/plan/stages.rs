@@ -5,7 +5,7 @@
 pub use super::decision::StageDecision;
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
-use crate::modes::modal_basis::{LISTED_SHAPES, UndampedSolver};
+use crate::modes::modal_basis::{LISTED_SHAPE_TOLERANCE, UndampedSolver};
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// One stage of a study.
@@ -170,7 +170,7 @@ pub fn undamped_solver(study: &ModesStudy) -> UndampedSolver {
         || study.reduce.is_some();
     match built_on_shapes {
         true => UndampedSolver::Factored,
-        false => UndampedSolver::Energies(LISTED_SHAPES),
+        false => UndampedSolver::Symmetric(LISTED_SHAPE_TOLERANCE),
     }
 }
 
@@ -249,7 +249,7 @@ fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecisio
     };
     StageDecision::Runs(match undamped_solver(study) {
         UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        UndampedSolver::Energies(_) => {
+        UndampedSolver::Symmetric(_) => {
             format!("all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}")
         }
     })

@@ -286,7 +286,7 @@ fn trusted_digits(mode: &Mode) -> Option<f64> {
 /// Solver of all undamped modes and what it says of their frequencies.
 fn eigensolver(solution: BasisSolution) -> Value {
     match solution {
-        BasisSolution::Energies { bound, n_rotated } => json!({
+        BasisSolution::Symmetric { bound, n_rotated } => json!({
             "method": "energies", "relative_error_bound": bound, "rotated_modes": n_rotated,
         }),
         BasisSolution::Factored => json!({ "method": "factored form" }),

@@ -8,7 +8,7 @@ use crate::encoder::flank::FlankEvaluation;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::plan::logs::encoder_analysis::EncoderResult;
-use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
+use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
 use crate::transmission::coincidence::SeparationTest;
 use crate::transmission::order_lines::LineOrigin;
 

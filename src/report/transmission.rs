@@ -15,7 +15,7 @@ use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::transmission::error_record::TransmissionErrorRecord;
-use crate::plan::transmission::run::TransmissionResult;
+use crate::plan::transmission::result::TransmissionResult;
 use crate::scene::Scene;
 use crate::transmission::budget::{ElementSensitivity, ErrorBudget};
 use crate::transmission::indexing::IndexingEffect;

@@ -10,7 +10,8 @@ use super::svg::{
 use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
 use crate::numeric::statistics::extremes;
-use crate::plan::transmission::run::{OrderLineResult, SpeedMap, TransmissionResult};
+use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
+use crate::transmission::speed_map::SpeedMap;
 
 const MARGIN_LEFT: f64 = 70.0;
 

@@ -5,7 +5,7 @@ use super::table::{Table, or_dash};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
-use crate::plan::transmission::run::TransmissionResult;
+use crate::plan::transmission::result::TransmissionResult;
 use crate::transmission::budget::ErrorBudget;
 use crate::transmission::indexing::IndexingEffect;
 

@@ -25,3 +25,7 @@ pub mod refinement;
 pub mod harmonic_balance;
 
 pub mod excitation;
+
+pub mod strain_energy;
+
+pub mod run_up;

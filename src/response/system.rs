@@ -94,7 +94,7 @@ impl InputOutputSystem {
         let coordinates = coordinates(model, ports)?;
         let basis = modal_basis::solve(
             &coordinates.fixed,
-            UndampedSolver::Energies(SHAPE_TOLERANCE),
+            UndampedSolver::Symmetric(SHAPE_TOLERANCE),
         )?;
         let matrix = coordinates.modal_basis(&basis);
         let transform = SparseTransform::from_matrix(&matrix);
@@ -228,13 +228,25 @@ impl InputOutputSystem {
 /// Tolerance of the shapes of a modal sum: a hundredth of the difference from the direct solution that is allowed.
 const SHAPE_TOLERANCE: f64 = 1e-10;
 
-/// Undamped natural frequencies with what is prescribed held still, rad/s, rising.
-///
-/// # Errors
-/// Prescribed motions that exclude each other; those of the modes.
-pub fn fixed_frequencies(model: &OperatingModel, ports: &Ports) -> Result<Vec<f64>, Error> {
-    let coordinates = coordinates(model, ports)?;
-    Ok(modal_basis::solve(&coordinates.fixed, UndampedSolver::Energies(1.0))?.omega)
+/// Most degrees of freedom whose natural frequencies are sought ahead of a response.
+const MAX_SEARCH_DOFS: usize = 400;
+
+/// Undamped natural frequencies in a band, rad/s, with what is prescribed held still, or free where that fails: near enough for a search;
+/// none of a large machine.
+pub fn natural_frequencies(
+    model: &OperatingModel,
+    ports: &Ports,
+    (from, to): (f64, f64),
+) -> Vec<f64> {
+    if model.model.n > MAX_SEARCH_DOFS {
+        return Vec::new();
+    }
+    let solve = |model: &LinearModel| {
+        modal_basis::solve(model, UndampedSolver::Symmetric(1.0)).map(|b| b.omega)
+    };
+    let held = coordinates(model, ports).and_then(|coordinates| solve(&coordinates.fixed));
+    let omega = held.or_else(|_| solve(model.model)).unwrap_or_default();
+    omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
 
 fn coordinates(model: &OperatingModel, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {

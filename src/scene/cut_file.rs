@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::bevel_file::{self, BevelFile};
+use super::csv_table::CsvTable;
 use super::cut_study::{CutStudy, SpindleHistory};
 use super::machine_settings::Process;
-use super::number_table::NumberTable;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
@@ -81,7 +81,7 @@ fn read_history(history: &SpindleHistory) -> Result<([Vec<f64>; 2], Arc<SourceFi
         ("time", QuantityKind::Time),
         (history.column.as_str(), QuantityKind::Angle),
     ];
-    let table = NumberTable::read(&history.path, &names)?;
+    let table = CsvTable::read(&history.path, &names)?;
     let [times, angles] = &table.columns[..] else {
         return Err(Error::new(Code::MissingKey, "the history has no columns").into());
     };

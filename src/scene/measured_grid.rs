@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::csv_table::{CsvTable, column_heads};
 use super::limit_table::{cells, lines};
-use super::number_table::{NumberTable, column_heads};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::load;
@@ -71,7 +71,7 @@ pub fn read(path: &Path) -> Result<MeasuredGrid, Errors> {
     if has_normals && !by_radius {
         names.extend(["n_x", "n_y", "n_z"].map(|name| (name, None)));
     }
-    let table = NumberTable::of(source.clone(), &names)?;
+    let table = CsvTable::parse(source.clone(), &names)?;
     let sides = sides(&source)?;
     let row = |k: usize| {
         let value = |column: usize| table.columns[column][k];

@@ -76,7 +76,7 @@ pub mod gear_readings;
 
 pub mod limit_table;
 
-mod number_table;
+mod csv_table;
 
 pub mod cut_file;
 pub mod measured_grid;

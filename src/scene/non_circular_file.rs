@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::csv_table::CsvTable;
 use super::gear_file::rack;
-use super::number_table::NumberTable;
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, PRESSURE_ANGLE_RANGE};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -301,14 +301,14 @@ fn read_numbers(
     path: &Path,
     names: &[(&str, QuantityKind)],
     span: &SourceSpan,
-) -> Result<NumberTable, Errors> {
+) -> Result<CsvTable, Errors> {
     if !path.is_file() {
         let message = format!("there is no file {}", path.display());
         let error = Error::new(Code::FileMissing, message).with_span(span);
         let hint = "`file` starts at the folder of the gear file";
         return Err(error.with_hint(hint).into());
     }
-    NumberTable::read(path, names)
+    CsvTable::read(path, names)
 }
 
 fn pair(f: &mut TableReader) -> Option<f64> {

@@ -17,7 +17,7 @@ use crate::numeric::fft::RealFft;
 /// Ratio of frequency to the low cut from which signals pass undiminished.
 pub const PASS_RATIO: f64 = 2.0;
 
-/// Motion quantity of a signal.
+/// Motion quantity of a signal, or of a response to a force: receptance, mobility, accelerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionQuantity {
     /// Metres or radians.
@@ -29,7 +29,8 @@ pub enum MotionQuantity {
 }
 
 impl MotionQuantity {
-    fn derivative_order(self) -> i32 {
+    /// n of the factor `(iω)ⁿ` that makes it of a displacement.
+    pub fn derivative_order(self) -> i32 {
         match self {
             MotionQuantity::Displacement => 0,
             MotionQuantity::Velocity => 1,

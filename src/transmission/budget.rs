@@ -6,7 +6,10 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::order_lines::{LineOrigin, OrderLine};
 use super::range_distribution::{ErrorSource, HarmonicTerm, RangeDistribution, range_distribution};
+use crate::machine::components::Machine;
+use crate::numeric::Complex;
 
 /// Sums over all sources.
 #[derive(Debug, Clone)]
@@ -74,6 +77,55 @@ pub fn error_budget(
         range: range_distribution(terms, sources, window, points),
         elements: (0..elements).map(sensitivity).collect(),
     }
+}
+
+/// Lattice points a shift of the percentiles.
+const LATTICE_POINTS: usize = 61;
+
+/// Budget of the lines of a machine with their A and ψ over `window` turns of the output, and the names of its elements: each declared error
+/// is a source, errors on one node are one element.
+pub fn line_budget(
+    machine: &Machine,
+    lines: &[OrderLine],
+    values: &[Complex],
+    window: f64,
+) -> (ErrorBudget, Vec<String>) {
+    let mut sources: Vec<(LineOrigin, ErrorSource)> = Vec::new();
+    let mut elements: Vec<String> = Vec::new();
+    let mut terms = Vec::new();
+    for (line, &value) in lines.iter().zip(values) {
+        let known = sources.iter().position(|s| s.0 == line.origin);
+        let source = known.unwrap_or_else(|| {
+            let name = match line.origin {
+                LineOrigin::Declared(number) => machine.errors[number].element.clone(),
+                LineOrigin::Stiffness(branch) => machine.branch_name(branch),
+            };
+            let known = elements.iter().position(|e| *e == name);
+            let element = known.unwrap_or_else(|| {
+                elements.push(name);
+                elements.len() - 1
+            });
+            let source = ErrorSource {
+                element,
+                phase_known: line.phase_known(machine),
+                tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
+                graded: (line.declared(machine)).is_some_and(|error| error.averaged.is_none()),
+            };
+            sources.push((line.origin, source));
+            sources.len() - 1
+        });
+        terms.push(HarmonicTerm {
+            source,
+            order: line.order.to_f64(),
+            harmonic: line.harmonic,
+            value,
+        });
+    }
+    let sources: Vec<ErrorSource> = sources.into_iter().map(|s| s.1).collect();
+    (
+        error_budget(&terms, &sources, window, LATTICE_POINTS),
+        elements,
+    )
 }
 
 /// Elements that together change the root of the sum of squares by no more than `threshold` of it, the smallest first, and what leaving

@@ -19,3 +19,5 @@ pub mod indexing;
 pub mod record;
 
 pub mod coincidence;
+
+pub mod speed_map;

@@ -98,7 +98,7 @@ fn exact_active_sets() {
         let (c, a, g) = random(&mut rng, n, 0.05);
         let load = 10f64.powf(3.0 * rng.f64() - 2.0);
         let problem =
-            ContactProblem::new(ProfileMatrix::of_rows(&c, n), a.clone(), g.clone()).unwrap();
+            ContactProblem::new(ProfileMatrix::from_rows(&c, n), a.clone(), g.clone()).unwrap();
         let solution = problem.solve(load, None).unwrap();
         let (forces, approach) = by_all_sets(&c, &a, &g, load);
         let size = forces.iter().fold(load, |most, f| most.max(*f));
@@ -122,7 +122,7 @@ fn law_complementarity() {
         let (c, a, g) = random(&mut rng, n, shift);
         let load = 10f64.powf(4.0 * rng.f64() - 2.0);
         let problem =
-            ContactProblem::new(ProfileMatrix::of_rows(&c, n), a.clone(), g.clone()).unwrap();
+            ContactProblem::new(ProfileMatrix::from_rows(&c, n), a.clone(), g.clone()).unwrap();
         let solution = problem.solve(load, None).unwrap();
         worst = worst.max(conditions(&c, &a, &g, load, &solution));
         most = most.max(solution.solves as f64 / n as f64);
@@ -155,7 +155,7 @@ fn law_profile_changes_nothing() {
                 false => fill,
             };
             let rows: Vec<f64> = c.iter().enumerate().map(entry).collect();
-            let matrix = ProfileMatrix::of_rows(&rows, n);
+            let matrix = ProfileMatrix::from_rows(&rows, n);
             ContactProblem::new(matrix, a.clone(), g.clone())
                 .unwrap()
                 .solve(2.0, None)
@@ -178,7 +178,7 @@ fn exact_cycling_blocks() {
     ];
     let (a, g) = ([1.0; 4], [2.0, 4.0, 1.0, 5.0]);
     let problem =
-        ContactProblem::new(ProfileMatrix::of_rows(&c, 4), a.to_vec(), g.to_vec()).unwrap();
+        ContactProblem::new(ProfileMatrix::from_rows(&c, 4), a.to_vec(), g.to_vec()).unwrap();
     let solution = problem.solve(0.1, None).unwrap();
     let (forces, approach) = by_all_sets(&c, &a, &g, 0.1);
     assert!(solution.solves > 6, "{} solves: no cycle", solution.solves);
@@ -232,7 +232,7 @@ fn law_transitions() {
     for _ in 0..200 {
         let n = rng.usize(2..=12);
         let (c, a, g) = random(&mut rng, n, 0.1);
-        let problem = ContactProblem::new(ProfileMatrix::of_rows(&c, n), a, g).unwrap();
+        let problem = ContactProblem::new(ProfileMatrix::from_rows(&c, n), a, g).unwrap();
         let transitions = problem.transitions(0.01, 50.0).unwrap();
         let loads: Vec<f64> = [0.01]
             .into_iter()
@@ -263,7 +263,7 @@ fn law_transitions() {
 #[test]
 fn refuses_contacts() {
     let code = |c: &[f64], a: &[f64], g: &[f64], load: f64| {
-        let rows = ProfileMatrix::of_rows(c, a.len().max(1));
+        let rows = ProfileMatrix::from_rows(c, a.len().max(1));
         let problem = ContactProblem::new(rows, a.to_vec(), g.to_vec());
         problem
             .and_then(|p| p.solve(load, None))

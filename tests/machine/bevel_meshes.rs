@@ -182,7 +182,7 @@ fn law_routes_to_loaded_bevel_error() {
     }
 }
 
-fn order(row: &geardyn::internals::plan::transmission::run::OrderLineResult) -> f64 {
+fn order(row: &geardyn::internals::plan::transmission::result::OrderLineResult) -> f64 {
     row.line.order.to_f64()
 }
 

@@ -15,7 +15,7 @@ use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::plan::simulate::SimulationResult;
 use geardyn::internals::plan::stages::StageDecision;
-use geardyn::internals::plan::transmission::run::{TransmissionResult, run};
+use geardyn::internals::plan::transmission::{result::TransmissionResult, run::run};
 use geardyn::internals::response::excitation::excitations;
 use geardyn::internals::scene::gear_file::{self, GearFile};
 use geardyn::internals::scene::initial_conditions::InitialConditions;

@@ -161,7 +161,7 @@ fn exact_uniform_chains() {
             let error = worst(&found, (1..=wanted).map(omega));
             println!(
                 "n {n} fixed {fixed}: worst {error:.1e}, {} solves, {} runs, {seconds:.3} s",
-                ritz.steps, ritz.runs
+                ritz.solves, ritz.runs
             );
             let held = if fixed { "held" } else { "free" };
             within(&format!("{n} discs {held}, lowest {wanted}"), error, 1e-12);
@@ -220,7 +220,7 @@ fn law_repeated_frequencies_of_long_arms_are_all_found() {
             .filter(|v| (**v / fixed(k) - 1.0).abs() < 1e-12)
             .count()
     };
-    println!("long arms: {} solves in {} runs", ritz.steps, ritz.runs);
+    println!("long arms: {} solves in {} runs", ritz.solves, ritz.runs);
     assert_eq!(
         (copies(1.0), copies(2.0)),
         (arms - 1, arms - 1),
@@ -436,7 +436,7 @@ fn survives_graded_trains() {
         let worst = ritz.residuals.iter().copied().fold(0.0, f64::max);
         println!(
             "graded n {n} loops {loops} grounds {grounds}: within counts to {digits:?} digits, residual {worst:.0e}, {} solves, {} runs, {seconds:.3} s, counted {}",
-            ritz.steps, ritz.runs, ritz.sturm_verified
+            ritz.solves, ritz.runs, ritz.sturm_verified
         );
         assert!(digits.is_some_and(|d| d >= 11), "seed {seed}");
     }
@@ -564,7 +564,7 @@ fn exact_net() {
     let found = nearest_modes(&search).unwrap();
     println!(
         "net: {} solves, {} runs, {:.3} s",
-        found.steps,
+        found.solves,
         found.runs,
         begin.elapsed().as_secs_f64()
     );

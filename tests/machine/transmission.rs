@@ -7,7 +7,10 @@ use geardyn::internals::base::code::Code;
 use geardyn::internals::base::error::Error;
 use geardyn::internals::numeric::Complex;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
-use geardyn::internals::plan::transmission::run::{OrderLineResult, TransmissionResult, run};
+use geardyn::internals::plan::transmission::{
+    result::{OrderLineResult, TransmissionResult},
+    run::run,
+};
 use geardyn::internals::report::te_lines::{ARCSEC, cause, source};
 use geardyn::internals::scene::study::{IndexingStudy, TransmissionStudy};
 use geardyn::internals::transmission::coincidence::SeparationTest;

@@ -6,7 +6,7 @@ use crate::support::verification::within;
 use geardyn::internals::base::code::Code;
 use geardyn::internals::modes::modal_basis::{self, UndampedSolver as Decomposition};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
-use geardyn::internals::plan::transmission::run::{TransmissionResult, run};
+use geardyn::internals::plan::transmission::{result::TransmissionResult, run::run};
 use geardyn::internals::report::te_lines::{cause, source};
 use geardyn::internals::response::frf::{ResponseMethod, ResponseSolver};
 use geardyn::internals::response::ports::Ports;

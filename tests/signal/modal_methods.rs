@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use geardyn::internals::identify::modal::candidates::OrderPoles;
 use geardyn::internals::identify::modal::lsce::lsce;
 use geardyn::internals::identify::modal::lsfd::fit_residues;
-use geardyn::internals::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
+use geardyn::internals::identify::modal::measured_frf::MeasuredFrf;
 use geardyn::internals::identify::modal::plscf::{PlscfOptions, plscf};
 use geardyn::internals::identify::modal::rfp::rfp;
 use geardyn::internals::identify::modal::sdof::{circle_fit, half_power, pick_peaks};
@@ -16,6 +16,7 @@ use geardyn::internals::identify::modal::stabilisation::{
 };
 use geardyn::internals::numeric::Complex;
 use geardyn::internals::numeric::mac::mac;
+use geardyn::internals::spectrum::integrate::MotionQuantity;
 
 const HZ: [f64; 5] = [60.0, 180.0, 330.0, 560.0, 820.0];
 const ZETA: [f64; 5] = [0.01, 0.02, 0.005, 0.01, 0.015];

@@ -3,6 +3,7 @@
 use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::factorisations::{Svd, svd};
+use crate::numeric::vector_ops::dot;
 
 /// Displacements of nodes along their normals by settings and by turns of the work.
 #[derive(Debug, Clone)]
@@ -136,8 +137,4 @@ fn share_of(a: &[f64], b: &[f64]) -> f64 {
     } else {
         0.0
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -170,7 +170,7 @@ impl LoadedLines {
             first += shifts.len();
             block
         });
-        let compliance = ProfileMatrix::of_blocks(blocks);
+        let compliance = ProfileMatrix::from_blocks(blocks);
         ContactProblem::new(compliance, self.cells().map(|c| c.arm).collect(), gaps)
     }
 

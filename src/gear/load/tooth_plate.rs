@@ -96,7 +96,7 @@ impl ToothPlate {
             );
         }
         let all: Vec<usize> = (0..N).collect();
-        let factor = ProfileMatrix::of_rows(&stiffness, N).cholesky(&all)?;
+        let factor = ProfileMatrix::from_rows(&stiffness, N).cholesky(&all)?;
         let mut compliance = vec![0.0; TERMS * TERMS];
         let mut column = vec![0.0; N];
         let places = quadrature::nodes().map(|(x, weight)| {

@@ -5,11 +5,12 @@
 use std::f64::consts::TAU;
 
 use super::candidates::normalize_to_largest;
-use super::measured_frf::{MeasuredFrf, MotionQuantity};
+use super::measured_frf::MeasuredFrf;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::symmetric::hermitian_eigen;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, lstsq};
+use crate::spectrum::integrate::MotionQuantity;
 
 /// Residues of every mode and the residual terms of the modes outside the band.
 #[derive(Debug, Clone)]

@@ -10,29 +10,6 @@ const MIN_LINES: usize = 10;
 /// Relative spread below which an FRF counts as constant: rounding of a file with eight digits.
 const CONSTANT_TOLERANCE: f64 = 1e-7;
 
-/// Motion quantity of the responses; a receptance times `(iω)ⁿ`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum MotionQuantity {
-    /// Displacement or angle over force or torque, n = 0.
-    #[default]
-    Displacement,
-    /// Velocity, n = 1.
-    Velocity,
-    /// Acceleration, n = 2.
-    Acceleration,
-}
-
-impl MotionQuantity {
-    /// n of the factor `(iω)ⁿ`.
-    pub fn derivative_order(self) -> i32 {
-        match self {
-            MotionQuantity::Displacement => 0,
-            MotionQuantity::Velocity => 1,
-            MotionQuantity::Acceleration => 2,
-        }
-    }
-}
-
 /// Frequency responses `H[output][input]` over rising lines, all finite, none without information.
 #[derive(Debug, Clone)]
 pub struct MeasuredFrf<'a> {

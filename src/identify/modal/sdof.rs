@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::measured_frf::MotionQuantity;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::{Complex, Matrix, lstsq, parabola};
+use crate::spectrum::integrate::MotionQuantity;
 
 /// Lines of the local maxima of `|H|` that exceed `share` of the largest value, by rising frequency.
 pub fn pick_peaks(response: &[Complex], share: f64) -> Vec<usize> {

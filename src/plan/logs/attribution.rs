@@ -15,7 +15,7 @@ use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::numeric::statistics::Z_95;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::transmission::run::{angle_dof, run};
+use crate::plan::transmission::{chain::angle_dof, run::run};
 use crate::scene::model::{Axis, ErrorCause};
 use crate::scene::study::TransmissionStudy;
 use crate::transmission::chain::{ChainEnds, TransmissionChain};

@@ -13,7 +13,7 @@ use super::weak::columns;
 use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::lsfd::{self, ResidueFit};
-use crate::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
+use crate::identify::modal::measured_frf::MeasuredFrf;
 use crate::identify::modal::plscf::{PlscfOptions, plscf};
 use crate::identify::modal::selection::{SelectionRule, select_modes};
 use crate::identify::modal::stabilisation::{StabilisationTolerances, stabilisation};
@@ -23,6 +23,7 @@ use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
+use crate::spectrum::integrate::MotionQuantity;
 
 /// Result of a modal identification from frequency responses.
 pub struct ModalIdentification {

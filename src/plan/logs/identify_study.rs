@@ -65,11 +65,7 @@ impl IdentifyStudy {
             delay: f.word("delay").unwrap_or_default(),
             allow_unstable: f.flag("allow_unstable"),
             all: f.flag("all"),
-            derivative: motion.map(|motion| match motion {
-                ResponseQuantity::Receptance => 0,
-                ResponseQuantity::Mobility => 1,
-                ResponseQuantity::Accelerance => 2,
-            }),
+            derivative: motion.map(|motion: ResponseQuantity| motion.derivative_order()),
             method: f.word("method"),
             speed_hz: f
                 .optional_quantity("speed", QuantityKind::Speed, ValueRange::Positive)

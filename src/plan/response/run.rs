@@ -9,19 +9,18 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
-use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::numeric::Complex;
 use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::modes_run::run as run_modes;
 use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::{MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
-use crate::response::direct::DirectSolver;
 use crate::response::frf::{ResponseSolver, ResponseStats, SolverKind};
 use crate::response::peaks::{self, ResponsePeak};
 use crate::response::ports::{Port, Ports, ResponseOutput};
 use crate::response::refinement::refine;
-use crate::response::system::{OperatingModel, fixed_frequencies};
+use crate::response::strain_energy::StrainEnergy;
+use crate::response::system::natural_frequencies;
 use crate::scene::study::{ModesStudy, ResponseQuantity, ResponseStudy};
 
 /// Frequency responses with their peaks.
@@ -158,7 +157,7 @@ pub fn run(
     let lined = omega.iter().enumerate().map(line);
     let values = lined.collect::<Result<Vec<_>, Error>>()?;
 
-    let natural = natural_frequencies(prepared_machine, &ports, (from, to));
+    let natural = natural_frequencies(&model, &ports, (from, to));
     let strain = StrainEnergy::new(&model, &ports)?;
     let damped = linear.is_damped(machine);
     let mut pairs = Vec::new();
@@ -180,7 +179,8 @@ pub fn run(
             let at_rest = solver.response_at(0.0).ok().map(|h| h[(o, i)].norm());
             let strained = |peak: ResponsePeak| {
                 Ok(ResonancePeak {
-                    dominant_element: strain.dominant_element(peak.omega, i)?,
+                    dominant_element: (strain.energies(peak.omega, &[(i, Complex::ONE)])?)
+                        .largest_share(),
                     peak,
                 })
             };
@@ -295,14 +295,12 @@ fn convert_motion(port: &mut Port<ResponseOutput>, shown: Option<ResponseQuantit
         return;
     };
     let turns = port.unit.starts_with("rad");
-    (*times, port.unit) = match (shown, turns) {
-        (ResponseQuantity::Receptance, true) => (0, "rad"),
-        (ResponseQuantity::Receptance, false) => (0, "m"),
-        (ResponseQuantity::Mobility, true) => (1, "rad/s"),
-        (ResponseQuantity::Mobility, false) => (1, "m/s"),
-        (ResponseQuantity::Accelerance, true) => (2, "rad/s²"),
-        (ResponseQuantity::Accelerance, false) => (2, "m/s²"),
+    let order = shown.derivative_order();
+    let units = match turns {
+        true => ["rad", "rad/s", "rad/s²"],
+        false => ["m", "m/s", "m/s²"],
     };
+    (*times, port.unit) = (order, units[usize::from(order)]);
 }
 
 /// One unit per another.
@@ -311,90 +309,5 @@ fn quotient_unit(output: &str, input: &str) -> String {
         (true, _) => "1".to_string(),
         (false, true) => format!("{output}/({input})"),
         (false, false) => format!("{output}/{input}"),
-    }
-}
-
-/// Natural frequencies in the band, rad/s, with what is prescribed free: near enough for a search; none of a large machine.
-pub fn natural_frequencies(
-    machine: &PreparedMachine,
-    ports: &Ports,
-    (from, to): (f64, f64),
-) -> Vec<f64> {
-    const MAX_SEARCH_DOFS: usize = 400;
-    if machine.model.n > MAX_SEARCH_DOFS {
-        return Vec::new();
-    }
-    let held = machine.frequency_setting(None);
-    let own = || modal_basis::solve(&machine.model, UndampedSolver::Energies(1.0)).map(|b| b.omega);
-    let omega = fixed_frequencies(&held, ports)
-        .or_else(|_| own())
-        .unwrap_or_default();
-    omega.into_iter().filter(|w| *w > from && *w < to).collect()
-}
-
-/// Strain of every spring by each input.
-pub(super) struct StrainEnergy<'a> {
-    direct: DirectSolver,
-    /// Element and stiffness of every output.
-    springs: Vec<(usize, f64)>,
-    model: OperatingModel<'a>,
-}
-
-impl<'a> StrainEnergy<'a> {
-    pub fn new(model: &OperatingModel<'a>, ports: &Ports) -> Result<StrainEnergy<'a>, Error> {
-        let springs: Vec<_> = model
-            .model
-            .branches
-            .iter()
-            .filter(|b| b.stiffness > 0.0)
-            .collect();
-        let outputs = springs.iter().map(|b| Port {
-            name: model.machine.branch_name(b.index),
-            unit: "",
-            kind: ResponseOutput::Deflection(b.index),
-        });
-        let ports = Ports {
-            outputs: outputs.collect(),
-            ..ports.clone()
-        };
-        let springs = springs
-            .iter()
-            .map(|b| (model.machine.branches[b.index].element, b.stiffness))
-            .collect();
-        Ok(StrainEnergy {
-            direct: DirectSolver::new(model, &ports)?,
-            springs,
-            model: *model,
-        })
-    }
-
-    /// The element with most of the strain energy.
-    fn dominant_element(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
-        let mut energy = vec![0.0; self.model.machine.elements.len()];
-        for (element, share) in self.strain_energies(omega, &[(input, Complex::new(1.0, 0.0))])? {
-            energy[element] += share;
-        }
-        let total: f64 = energy.iter().sum();
-        let largest = (0..energy.len()).max_by(|&a, &b| energy[a].total_cmp(&energy[b]));
-        Ok(largest
-            .filter(|_| total > 0.0)
-            .map(|element| (element, energy[element] / total)))
-    }
-
-    /// Element of every spring and twice its strain energy under inputs of these amplitudes, J.
-    pub fn strain_energies(
-        &self,
-        omega: f64,
-        inputs: &[(usize, Complex)],
-    ) -> Result<Vec<(usize, f64)>, Error> {
-        let deflections = self.direct.response_at(omega)?;
-        let of = |(row, &(element, stiffness)): (usize, &(usize, f64))| {
-            let zero = Complex::new(0.0, 0.0);
-            let delta = inputs.iter().fold(zero, |sum, &(input, size)| {
-                sum + deflections[(row, input)] * size
-            });
-            (element, stiffness * delta.norm_sqr())
-        };
-        Ok(self.springs.iter().enumerate().map(of).collect())
     }
 }

@@ -3,17 +3,16 @@
 use std::time::Instant;
 
 use super::method_choice::{self, ResponseMethodChoice};
-use super::run::{StrainEnergy, natural_frequencies};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::modes::excitation_orders::reference_dof;
-use crate::numeric::{Complex, parallel};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::StageDecision;
 use crate::response::excitation::{OrderExcitation, UNIT_AMPLITUDE, excitations};
 use crate::response::frf::ResponseSolver;
 use crate::response::ports::{Port, Ports, ResponseInput};
+use crate::response::run_up::{AmplitudeMap, CriticalSpeed, OrderResponses, rss_amplitude};
 use crate::scene::study::{ResponseStudy, RunUpStudy};
 
 /// A run-up.
@@ -32,7 +31,7 @@ pub struct RunUpResult {
     /// Degrees of freedom that are held still.
     pub fixed_dofs: Vec<String>,
     /// Amplitudes by output, excitation and speed; nothing of excitations without a size.
-    pub amplitudes: Vec<Vec<Option<Vec<f64>>>>,
+    pub amplitudes: AmplitudeMap,
     /// Speed of the largest total amplitude of every output, rad/s, and that amplitude: of these speeds and the critical ones.
     pub max_amplitudes: Vec<(f64, f64)>,
     /// Critical speeds by falling response of the first output.
@@ -47,43 +46,17 @@ pub struct RunUpResult {
     pub seconds: f64,
 }
 
-/// Critical speed: an order meets a natural frequency and the machine responds.
-#[derive(Debug, Clone, Copy)]
-pub struct CriticalSpeed {
-    /// Speed of the node, rad/s.
-    pub speed: f64,
-    /// The natural frequency, rad/s.
-    pub omega: f64,
-    /// Which excitation.
-    pub excitation: usize,
-    /// The first output there; absent where nothing damps the machine, it is infinite, and where the excitation has no size.
-    pub amplitude: Option<f64>,
-    /// The element with the largest share of the strain energy, and the share.
-    pub highest_strain_energy: Option<(usize, f64)>,
-}
-
 impl RunUpResult {
     /// Whether the size of an excitation is declared, or assumed of all.
     pub fn is_declared(&self, excitation: usize) -> bool {
         self.assumed.is_some() || self.excitations[excitation].declared
     }
 
-    /// The square root of the sum of squares over all excitations of an output at a speed: their phases are not known.
+    /// The root of the sum of squares over all excitations of an output at a speed: their phases are not known.
     pub fn rss_amplitude(&self, output: usize, speed: usize) -> f64 {
-        self.amplitudes[output]
-            .iter()
-            .flatten()
-            .map(|a| a[speed].powi(2))
-            .sum::<f64>()
-            .sqrt()
+        rss_amplitude(&self.amplitudes[output], speed)
     }
 }
-
-/// The strain energy at a resonance is so much of what it is alongside.
-const MIN_ENERGY_RATIO: f64 = 2.0;
-
-/// Next to: this far off, relative.
-const REFERENCE_OFFSET: f64 = 0.1;
 
 /// Responses that a map may take.
 const MAX_RESPONSES: usize = 20_000_000;
@@ -177,11 +150,6 @@ impl RunUpSetup {
             ports,
             excitations,
         })
-    }
-
-    /// Whether the size of an excitation is declared, or assumed of all.
-    fn is_declared(&self, excitation: &OrderExcitation) -> bool {
-        self.assumes || excitation.declared
     }
 
     fn plan(&self, prepared_machine: &PreparedMachine) -> Vec<(&'static str, StageDecision)> {
@@ -279,37 +247,8 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     };
     let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
     solver.check(&all)?;
-    let weights: Vec<Vec<(usize, Complex)>> = ready
-        .excitations
-        .iter()
-        .map(|e| input_amplitudes(e, ports))
-        .collect();
-    let has_size = |e: &OrderExcitation| ready.is_declared(e);
-    let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
-    let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
-    let mut amplitudes = vec![empty; ports.outputs.len()];
-    // Amplitudes of every output by every excitation that has a size, in their order.
-    let at_speed = |&speed: &f64| -> Result<Vec<Vec<f64>>, Error> {
-        let sized = (ready.excitations.iter().zip(&weights)).filter(|(e, _)| has_size(e));
-        let amplitudes = sized.map(|(e, own)| {
-            let h = solver.response_at((e.order * speed).abs())?;
-            let outputs = 0..ports.outputs.len();
-            Ok(outputs
-                .map(|o| summed_amplitude(|i| h[(o, i)], own))
-                .collect())
-        });
-        amplitudes.collect()
-    };
-    for (at, found) in parallel::try_map(&ready.speeds, at_speed)?
-        .iter()
-        .enumerate()
-    {
-        for (o, table) in amplitudes.iter_mut().enumerate() {
-            for (column, own) in table.iter_mut().flatten().zip(found) {
-                column[at] = own[o];
-            }
-        }
-    }
+    let responses = OrderResponses::new(&solver, ports, &ready.excitations, ready.assumes);
+    let amplitudes = responses.amplitudes(&ready.speeds)?;
     let known = amplitudes.iter().flatten().flatten().flatten();
     if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
         let message = format!("a response of {beyond:.1e} overflows");
@@ -317,41 +256,9 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
             .with_hint("check the units of stiffnesses, dampings and errors"));
     }
     let damped = linear.is_damped(machine);
-    let critical = critical_speeds(prepared_machine, &ready, &solver, &weights, damped)?;
-    let total = |speed: f64| -> Result<Vec<f64>, Error> {
-        let mut squares = vec![0.0; ports.outputs.len()];
-        for (e, own) in ready
-            .excitations
-            .iter()
-            .zip(&weights)
-            .filter(|e| has_size(e.0))
-        {
-            let h = solver.response_at((e.order * speed).abs())?;
-            for (o, sum) in squares.iter_mut().enumerate() {
-                *sum += summed_amplitude(|i| h[(o, i)], own).powi(2);
-            }
-        }
-        Ok(squares.into_iter().map(f64::sqrt).collect())
-    };
-    let mut most: Vec<(f64, f64)> = (amplitudes.iter())
-        .map(|table| {
-            let square = |at: usize| table.iter().flatten().map(|a| a[at].powi(2)).sum::<f64>();
-            let all = ready.speeds.iter().enumerate();
-            all.map(|(at, &speed)| (speed, square(at).sqrt()))
-                .max_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or_default()
-        })
-        .collect();
-    if damped {
-        for c in &critical {
-            let here = total(c.speed)?;
-            for (best, here) in most.iter_mut().zip(here) {
-                if here > best.1 {
-                    *best = (c.speed, here);
-                }
-            }
-        }
-    }
+    let critical = responses.critical_speeds(&model, &ready.speeds, damped)?;
+    let finite = if damped { &critical[..] } else { &[] };
+    let max_amplitudes = responses.largest_totals(&ready.speeds, &amplitudes, finite)?;
     let mut diagnostics = prepared_machine.warnings();
     if !damped {
         diagnostics.push(Diagnostic {
@@ -376,110 +283,9 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
         excitations: ready.excitations,
         choice: ready.choice,
         amplitudes,
-        max_amplitudes: most,
+        max_amplitudes,
         critical,
         diagnostics,
         seconds: start.elapsed().as_secs_f64(),
     })
-}
-
-/// Critical speeds: orders meet natural frequencies and the machine responds.
-fn critical_speeds(
-    prepared_machine: &PreparedMachine,
-    ready: &RunUpSetup,
-    solver: &ResponseSolver,
-    weights: &[Vec<(usize, Complex)>],
-    damped: bool,
-) -> Result<Vec<CriticalSpeed>, Error> {
-    let size = |s: &f64| s.abs();
-    let (low, high) = ready
-        .speeds
-        .iter()
-        .map(size)
-        .fold((f64::INFINITY, 0.0f64), |(l, h), s| (l.min(s), h.max(s)));
-    // A range through standstill holds every speed down to zero.
-    let through = ready.speeds.first().is_some_and(|f| *f < 0.0)
-        && ready.speeds.last().is_some_and(|l| *l > 0.0);
-    let low = if through { 0.0 } else { low };
-    let most = ready
-        .excitations
-        .iter()
-        .map(|e| e.order)
-        .fold(0.0, f64::max)
-        * high;
-    let omegas = natural_frequencies(prepared_machine, &ready.ports, (0.0, most));
-    let machine = &prepared_machine.machine;
-    let model = prepared_machine.frequency_setting(None);
-    let strain = StrainEnergy::new(&model, &ready.ports)?;
-    let mut all = Vec::new();
-    for &omega in &omegas {
-        for (excitation, e) in ready.excitations.iter().enumerate() {
-            let speed = omega / e.order;
-            if speed < low || speed > high || speed == 0.0 {
-                continue;
-            }
-            // On the very frequency of an undamped machine there is no answer; next to it the shape is the same.
-            let near = if damped { omega } else { omega * (1.0 + 1e-6) };
-            let energies = strain.strain_energies(near, &weights[excitation])?;
-            let sum = |omega: f64| -> Result<f64, Error> {
-                Ok(strain
-                    .strain_energies(omega, &weights[excitation])?
-                    .iter()
-                    .map(|e| e.1)
-                    .sum())
-            };
-            let total: f64 = energies.iter().map(|e| e.1).sum();
-            if total
-                < MIN_ENERGY_RATIO
-                    * sum(omega * (1.0 - REFERENCE_OFFSET))?
-                        .max(sum(omega * (1.0 + REFERENCE_OFFSET))?)
-            {
-                continue;
-            }
-            let mut by_element = vec![0.0; machine.elements.len()];
-            energies.iter().for_each(|e| by_element[e.0] += e.1);
-            let worst =
-                (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
-            let amplitude = match damped && ready.is_declared(e) {
-                true => {
-                    let h = solver.response_at(omega)?;
-                    Some(summed_amplitude(|i| h[(0, i)], &weights[excitation]))
-                }
-                false => None,
-            };
-            all.push(CriticalSpeed {
-                speed,
-                omega,
-                excitation,
-                amplitude,
-                highest_strain_energy: worst.map(|w| (w, by_element[w] / total)),
-            });
-        }
-    }
-    all.sort_by(|a, b| {
-        b.amplitude
-            .unwrap_or(0.0)
-            .total_cmp(&a.amplitude.unwrap_or(0.0))
-            .then(a.speed.total_cmp(&b.speed))
-    });
-    Ok(all)
-}
-
-/// Inputs of an excitation, with their complex amplitudes.
-fn input_amplitudes(e: &OrderExcitation, ports: &Ports) -> Vec<(usize, Complex)> {
-    let input = |(branch, share): &(usize, Complex)| {
-        let number = ports
-            .inputs
-            .iter()
-            .position(|p| p.kind == ResponseInput::Displacement(*branch))?;
-        Some((number, share * e.amplitude))
-    };
-    e.branches.iter().filter_map(input).collect()
-}
-
-fn summed_amplitude(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
-    weights
-        .iter()
-        .fold(Complex::new(0.0, 0.0), |sum, &(i, a)| sum + h(i) * a)
-        .norm()
 }

@@ -39,6 +39,13 @@ pub enum ResponseQuantity {
     Accelerance,
 }
 
+impl ResponseQuantity {
+    /// Derivatives with respect to time, from displacement.
+    pub fn derivative_order(self) -> u8 {
+        self as u8
+    }
+}
+
 impl Word for ResponseQuantity {
     const WORDS: &'static [(&'static str, ResponseQuantity, &'static str)] = &[
         ("receptance", ResponseQuantity::Receptance, "Displacement"),

@@ -16,7 +16,7 @@ const MAX_ROWS: usize = 100_000;
 
 /// Columns in SI, and the place of each row.
 #[derive(Debug, Clone)]
-pub struct NumberTable {
+pub struct CsvTable {
     /// Values by column, as requested.
     pub columns: Vec<Vec<f64>>,
     /// Start of each row in the text.
@@ -25,27 +25,27 @@ pub struct NumberTable {
     pub source: Arc<SourceFile>,
 }
 
-impl NumberTable {
+impl CsvTable {
     /// Reads the named columns of a file, each of a kind.
     ///
     /// # Errors
     /// Everything wrong in it.
-    pub fn read(path: &Path, names: &[(&str, QuantityKind)]) -> Result<NumberTable, Errors> {
+    pub fn read(path: &Path, names: &[(&str, QuantityKind)]) -> Result<CsvTable, Errors> {
         let names: Vec<_> = names
             .iter()
             .map(|(name, kind)| (*name, Some(*kind)))
             .collect();
-        NumberTable::of(load::load(path)?, &names)
+        CsvTable::parse(load::load(path)?, &names)
     }
 
     /// Reads the named columns of a text, each of a kind; bare numbers without one.
     ///
     /// # Errors
     /// Everything wrong in it.
-    pub fn of(
+    pub fn parse(
         source: Arc<SourceFile>,
         names: &[(&str, Option<QuantityKind>)],
-    ) -> Result<NumberTable, Errors> {
+    ) -> Result<CsvTable, Errors> {
         let at = |range: std::ops::Range<usize>| SourceSpan::new(source.clone(), range);
         let mut lines = lines(&source);
         let (start, head) = lines.next().unwrap_or((0, ""));
@@ -105,7 +105,7 @@ impl NumberTable {
                     .into());
             }
         }
-        Ok(NumberTable {
+        Ok(CsvTable {
             columns,
             rows,
             source,
