@@ -46,10 +46,6 @@ pub mod stability;
 
 pub mod response;
 
-pub mod run_up;
-
-pub mod harmonic_balance;
-
 pub mod measure;
 
 pub mod te_log;
@@ -178,10 +174,6 @@ fn dispatch(command: &Command) -> Result<u8, Errors> {
         Command::Simulate(args) => simulate::run(args)?,
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
-        Command::Response(args) if args.study.has("harmonic-balance") => {
-            harmonic_balance::run(args)?
-        }
-        Command::Response(args) if args.study.has("run-up") => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Measure(args) => measure::run(args)?,
         Command::Gear(args) => gear::run(args)?,

@@ -58,6 +58,11 @@ impl<'a> Outputs<'a> {
         Ok(Outputs { args, files, named })
     }
 
+    /// Whether a figure is written.
+    pub fn shows_figures(&self) -> bool {
+        self.args.svg.is_some() || self.args.page.html.is_some()
+    }
+
     /// Writes a file that is neither table nor figure of the result.
     ///
     /// # Errors
@@ -78,8 +83,7 @@ impl<'a> Outputs<'a> {
         let (args, whole) = (self.args, result.interruption().is_none());
         let mut notes = String::new();
         // A refused axis leaves no file.
-        let shows_figures = args.svg.is_some() || args.page.html.is_some();
-        let figures = match (shows_figures && whole, args.log) {
+        let figures = match (self.shows_figures() && whole, args.log) {
             (false, _) => Vec::new(),
             (true, None) => result.figures()?,
             (true, Some(axis)) => with_log_axis(result.figures()?, axis)?,

@@ -1,12 +1,15 @@
-//! `geardyn response`: steady-state response over frequency or speed.
+//! `geardyn response`: steady-state response over frequency, orders over speed, periodic motions over speed.
 
 use super::args::ResponseArgs;
 use super::present::{self, Outputs};
+use super::{progress, run_scene};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::response::run::{ResponseResult, run as solve};
+use crate::plan::response::harmonic_balance::{self, HarmonicBalanceResult};
+use crate::plan::response::run::{self, ResponseResult};
+use crate::plan::response::run_up::{self, RunUpResult};
 use crate::report::presentation::StudyReport;
-use crate::scene::study::ResponseStudy;
+use crate::scene::study::{HarmonicBalanceStudy, ResponseStudy, RunUpStudy, StudyKind};
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -15,29 +18,65 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let study: ResponseStudy = scene.study(&args.study.flags)?;
-    let outputs = Outputs::check(&args.out, &["", "nyquist"], &[], &scene.files())?;
-    let drawn = args.out.svg.is_some();
+    let flags = &args.study.flags;
+    let (study, figures): (_, &[&str]) = if args.study.has("harmonic-balance") {
+        (StudyKind::HarmonicBalance(scene.study(flags)?), &[""])
+    } else if args.study.has("run-up") {
+        (StudyKind::RunUp(scene.study(flags)?), &[""])
+    } else {
+        (StudyKind::Response(scene.study(flags)?), &["", "nyquist"])
+    };
+    let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
     let machine = PreparedMachine::new(&scene.model)?;
-    let report = report(&scene, &machine, &study, drawn, args.out.quiet)?;
-    outputs.present(&report)
+    let quiet = args.out.quiet || args.out.json;
+    let drawn = outputs.shows_figures();
+    let (_, report) = run_scene::report(&scene, &machine, &study, drawn, quiet)?;
+    outputs.present(&*report)
 }
 
 /// Frequency responses; `drawn`: figures are wanted.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, the study or the solution.
-pub fn report<'a>(
+pub fn over_frequency<'a>(
     scene: &'a Scene,
     machine: &'a PreparedMachine,
     study: &ResponseStudy,
     drawn: bool,
     quiet: bool,
 ) -> Result<StudyReport<'a, ResponseResult>, Error> {
-    present::solve(
-        (scene, machine),
-        "answering by frequency",
-        quiet,
-        |machine| solve(machine, study, drawn),
-    )
+    let solve = |machine| run::run(machine, study, drawn);
+    present::solve((scene, machine), "answering by frequency", quiet, solve)
+}
+
+/// Orders over speed.
+///
+/// # Errors
+/// Whatever is wrong with the machine, the study or the solution.
+pub fn over_speed<'a>(
+    scene: &'a Scene,
+    machine: &'a PreparedMachine,
+    study: &RunUpStudy,
+    quiet: bool,
+) -> Result<StudyReport<'a, RunUpResult>, Error> {
+    let solve = |machine| run_up::run(machine, study);
+    present::solve((scene, machine), "answering every order", quiet, solve)
+}
+
+/// Periodic motions over speed.
+///
+/// # Errors
+/// Whatever is wrong with the machine, the study or the solution.
+pub fn periodic<'a>(
+    scene: &'a Scene,
+    machine: &'a PreparedMachine,
+    study: &HarmonicBalanceStudy,
+    quiet: bool,
+) -> Result<StudyReport<'a, HarmonicBalanceResult>, Error> {
+    let bar = progress::progress_bar("following the curve", quiet);
+    let report = present::solve((scene, machine), "", true, |machine| {
+        harmonic_balance::run(machine, study, &mut |share| bar(Some(share)))
+    });
+    bar(None);
+    report
 }

@@ -7,8 +7,7 @@ use serde_json::json;
 use super::args::RunArgs;
 use super::files::{self, OutputFiles};
 use super::{
-    accuracy, browser, footer, harmonic_balance, interrupt, modes, output, present, response,
-    run_up, simulate, stability, te,
+    accuracy, browser, footer, interrupt, modes, output, present, response, simulate, stability, te,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -45,8 +44,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         output::print(&format!("{title}\n\n"))?;
     }
     let machine = PreparedMachine::new(&scene.model)?;
+    let drawn = !html.is_empty() || args.svg.is_some();
     for study in &scene.studies {
-        let found = report(&scene, &machine, &study.kind, args.quiet || args.json);
+        let found = report(
+            &scene,
+            &machine,
+            &study.kind,
+            drawn,
+            args.quiet || args.json,
+        );
         let (name, result) = found.map_err(|e| match e.span {
             Some(_) => e,
             None => e.with_span(&study.span),
@@ -101,11 +107,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     Ok(exit)
 }
 
-/// The result of a study, with the name of its kind.
-fn report<'a>(
+/// The result of a study, with the name of its kind; `drawn`: figures are wanted.
+///
+/// # Errors
+/// Whatever is wrong with the machine, the study or the solution.
+pub fn report<'a>(
     scene: &'a Scene,
     machine: &'a PreparedMachine,
     study: &StudyKind,
+    drawn: bool,
     quiet: bool,
 ) -> Result<(&'static str, Box<dyn Presentation + 'a>), Error> {
     Ok(match study {
@@ -120,15 +130,17 @@ fn report<'a>(
         StudyKind::Accuracy(study) => ("accuracy", accuracy::report(scene, machine, study, quiet)?),
         StudyKind::Response(study) => (
             "response",
-            Box::new(response::report(scene, machine, study, false, quiet)?),
+            Box::new(response::over_frequency(
+                scene, machine, study, drawn, quiet,
+            )?),
         ),
         StudyKind::HarmonicBalance(study) => (
             "harmonic_balance",
-            Box::new(harmonic_balance::report(scene, machine, study, quiet)?),
+            Box::new(response::periodic(scene, machine, study, quiet)?),
         ),
         StudyKind::RunUp(study) => (
             "run_up",
-            Box::new(run_up::report(scene, machine, study, quiet)?),
+            Box::new(response::over_speed(scene, machine, study, quiet)?),
         ),
         StudyKind::Transmission(study) => {
             ("te", Box::new(te::report(scene, machine, study, quiet)?))

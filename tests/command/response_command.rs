@@ -505,3 +505,36 @@ fn survives_extreme_pairs() {
         assert_eq!(shown.status.code(), Some(balance), "{said}");
     }
 }
+
+/// Figures of the first section of a page.
+fn figures_of_page(path: &str) -> Value {
+    let page = std::fs::read_to_string(path).unwrap();
+    let (_, data) = page
+        .split_once("<script type=\"application/json\" id=\"data\">")
+        .unwrap();
+    let mut data: Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    data["sections"][0]["figures"].take()
+}
+
+/// A page alone, and the figures of `run`, once held no curve.
+#[test]
+fn keeps_curves_in_pages_and_in_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (scene, page, svg) = (path("one.toml"), path("one.html"), path("one.svg"));
+    let study = "[[study]]\nkind = \"response\"\nband = \"0:8\"\ninputs = [\"disc\"]\noutputs = [\"disc\"]\n";
+    std::fs::write(&scene, format!("{ONE}{study}")).unwrap();
+    let (both, run) = (path("both.html"), path("run.html"));
+    geardyn(&["response", &scene, "--html", &page]);
+    geardyn(&["response", &scene, "--html", &both, "--svg", &svg]);
+    geardyn(&["run", &scene, "--html", &run, "--svg", &path("figures")]);
+    let figures = figures_of_page(&both);
+    assert!(figures[0]["plots"][0]["y"]["range"].is_array(), "{figures}");
+    assert_eq!(figures_of_page(&page), figures);
+    assert_eq!(figures_of_page(&run), figures);
+    let figures = path("figures/1-response.svg");
+    assert_eq!(
+        std::fs::read_to_string(svg).unwrap(),
+        std::fs::read_to_string(figures).unwrap()
+    );
+}
