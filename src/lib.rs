@@ -89,7 +89,7 @@ pub use plan::logs::spectrum_study::{
 };
 pub use recording::frequency_responses::FrequencyResponses;
 pub use recording::signals::{Channel, Recording};
-pub use scene::gear_file::MeshStudy;
+pub use scene::mesh_table::MeshStudy;
 pub use scene::study::{
     DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, ReductionKind, ReductionStudy,
     ResponseMethodTag, ResponseQuantity, ResponseStudy, SimulateStudy, SpeedRange, StateSpaceStudy,

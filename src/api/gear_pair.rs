@@ -9,7 +9,8 @@ use crate::base::load;
 use crate::base::source_span::SourceFile;
 use crate::gear::load::mesh_result::LoadedCycle;
 use crate::plan::gear::run::{self, GearResult};
-use crate::scene::gear_file::{self, GearFile, MeshStudy};
+use crate::scene::gear_file::{self, GearFile};
+use crate::scene::mesh_table::MeshStudy;
 
 /// A pair of cylindrical gears, read from a gear file and checked.
 ///

@@ -17,7 +17,8 @@ use crate::report::method_comparison::ComparisonReport;
 use crate::report::presentation::Presentation;
 use crate::report::work_precision::WorkPrecisionReport;
 use crate::scene::bevel_file;
-use crate::scene::gear_file::{self, PairKind};
+use crate::scene::gear_file;
+use crate::scene::gear_kind::{self, PairKind};
 use crate::scene::study::{AccuracyStudy, AccuracyTarget};
 use crate::scene::{self, Scene};
 use crate::study::monitor::Monitor;
@@ -50,7 +51,7 @@ fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> 
     let target_error = flags.read("a gear file", None, &[], |f| {
         f.optional_number("error", ValueRange::Positive)
     })?;
-    let kind = gear_file::pair_kind(source);
+    let kind = gear_kind::pair_kind(source);
     if !matches!(kind, PairKind::Cylindrical | PairKind::Bevel) {
         let message = "loads are shared between cylindrical gears and bevel gears only";
         return Err(Error::new(Code::Usage, message)

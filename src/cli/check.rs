@@ -18,7 +18,7 @@ use crate::recording::sidecar;
 use crate::report::check::FileSummary;
 use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
-use crate::scene::gear_file::PairKind;
+use crate::scene::gear_kind::PairKind;
 
 /// Checks every file; 2 where one is wrong.
 ///
@@ -82,7 +82,7 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     if scene::measured_gear::is_measured_gear(&source) {
         return summarise_measured_gear(path, &source);
     }
-    match scene::gear_file::is_gear_file(&source) {
+    match scene::gear_kind::is_gear_file(&source) {
         true => summarise_gears(path, source),
         false => summarise_scene(path),
     }
@@ -116,7 +116,7 @@ fn summarise_sidecar(
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let flags = Flags::default();
     let mut sources = vec![source.clone()];
-    let (title, what, teeth, warnings) = match scene::gear_file::pair_kind(&source) {
+    let (title, what, teeth, warnings) = match scene::gear_kind::pair_kind(&source) {
         PairKind::Cylindrical => {
             let mut file = scene::gear_file::read(&source, &flags)?;
             file.mesh.torques.clear();

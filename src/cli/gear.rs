@@ -23,7 +23,8 @@ use crate::report::gear_reversal::ReversalReport;
 use crate::report::non_circular::NonCircularReport;
 use crate::report::outline_file::{NamedOutline, OutlineFormat};
 use crate::report::presentation::Presentation;
-use crate::scene::gear_file::{self, PairKind};
+use crate::scene::gear_file;
+use crate::scene::gear_kind::{self, PairKind};
 use crate::scene::{
     bevel_file, cut_file, ease_off_target, gear_readings, measured_grid, non_circular_file,
 };
@@ -47,8 +48,8 @@ pub fn run(args: &GearArgs) -> Result<u8, Errors> {
 fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
     let (source, flags) = (load::load(path)?, &args.mesh.flags);
     let quiet = args.out.quiet || args.out.json;
-    gear_file::check_is_gear_file(&source)?;
-    match gear_file::pair_kind(&source) {
+    gear_kind::check_is_gear_file(&source)?;
+    match gear_kind::pair_kind(&source) {
         PairKind::Cylindrical => {
             let file = gear_file::read(&source, flags)?;
             let outputs = GearOutputs::check(args, &CYLINDRICAL_FIGURES, &[path.to_path_buf()])?;
@@ -93,7 +94,7 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
 /// It cannot be read.
 pub fn gear_source(path: &Path) -> Result<Option<Arc<SourceFile>>, Error> {
     let source = load::load(path)?;
-    Ok(gear_file::is_gear_file(&source).then_some(source))
+    Ok(gear_kind::is_gear_file(&source).then_some(source))
 }
 
 /// The stages of a gear file, with its texts.
@@ -102,7 +103,7 @@ pub fn gear_source(path: &Path) -> Result<Option<Arc<SourceFile>>, Error> {
 /// Whatever is wrong with the file.
 pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
     let flags = Flags::default();
-    Ok(match gear_file::pair_kind(source) {
+    Ok(match gear_kind::pair_kind(source) {
         PairKind::Cylindrical => GearPlan {
             stages: run::plan(&gear_file::read(source, &flags)?),
             sources: vec![source.clone()],
@@ -251,8 +252,8 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
 /// The gear file of a bevel pair; another pair is refused.
 fn load_bevel(path: &Path, message: &str, hint: &str) -> Result<Arc<SourceFile>, Errors> {
     let source = load::load(path)?;
-    gear_file::check_is_gear_file(&source)?;
-    match gear_file::pair_kind(&source) {
+    gear_kind::check_is_gear_file(&source)?;
+    match gear_kind::pair_kind(&source) {
         PairKind::Bevel => Ok(source),
         _ => Err(Error::new(Code::Usage, message).with_hint(hint).into()),
     }

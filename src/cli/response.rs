@@ -45,7 +45,7 @@ pub fn over_frequency<'a>(
     drawn: bool,
     quiet: bool,
 ) -> Result<StudyReport<'a, ResponseResult>, Error> {
-    let solve = |machine| run::run(machine, study, drawn);
+    let solve = |machine: &PreparedMachine| run::run(machine, study, drawn);
     present::solve((scene, machine), "answering by frequency", quiet, solve)
 }
 
@@ -59,7 +59,7 @@ pub fn over_speed<'a>(
     study: &RunUpStudy,
     quiet: bool,
 ) -> Result<StudyReport<'a, RunUpResult>, Error> {
-    let solve = |machine| run_up::run(machine, study);
+    let solve = |machine: &PreparedMachine| run_up::run(machine, study);
     present::solve((scene, machine), "answering every order", quiet, solve)
 }
 

@@ -187,3 +187,42 @@ fn closed(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
     let greatest = k * branch.max_factor();
     (branch.force_direction.is_none() && greatest > 0.0).then_some((branch, greatest))
 }
+
+/// Bound of the rates of a model, rad/s, every contact closed: the roots of the largest row sums of `M^-½ K M^-½`, which bound its largest
+/// eigenvalue (Gershgorin), and those of its damping; absent where a law has no greatest slope.
+pub fn rate_bound(model: &DynamicModel) -> Option<f64> {
+    let mut stiffness = vec![0.0; model.coordinate_count()];
+    let mut damping = vec![0.0; model.coordinate_count()];
+    let mut inner = 0.0f64;
+    for branch in &model.elements {
+        let factor = branch.max_factor();
+        let (k, c) = match &branch.law {
+            ForceLaw::Linear { stiffness, damping } => (*stiffness, *damping),
+            ForceLaw::Contact(contact) => (contact.stiffness, contact.damping),
+            ForceLaw::Maxwell { stiffness, damping } => {
+                inner = inner.max(stiffness / damping);
+                (*stiffness, 0.0)
+            }
+            // What sticks is held, and what slides has the slope of its law alone.
+            ForceLaw::Friction(_) | ForceLaw::AngleLocked { .. } => (0.0, 0.0),
+            ForceLaw::LaggedTorque { lag, .. } => {
+                inner = inner.max(1.0 / lag);
+                (0.0, 0.0)
+            }
+            _ => return None,
+        };
+        let root = |i: usize| model.mass.entry(i, i).sqrt();
+        let sum: f64 = branch
+            .direction
+            .entries()
+            .map(|(i, a)| a.abs() / root(i))
+            .sum();
+        for (i, a) in branch.direction.entries() {
+            let share = a.abs() / root(i) * sum;
+            stiffness[i] += (k * factor).abs() * share;
+            damping[i] += (c * factor).abs() * share;
+        }
+    }
+    let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+    Some(largest(&stiffness).sqrt() + largest(&damping) + inner)
+}

@@ -52,7 +52,7 @@ impl Presentation for StabilityReport<'_> {
             Err(why) => json!({ "left_out": why }),
             Ok(p) => json!({
                 "largest_multiplier": p.max_multiplier,
-                "growth_per_s": p.max_multiplier.ln() / p.period,
+                "growth_per_s": p.growth_rate(),
                 "period_s": p.period,
                 "tongues": p.chart.as_ref().filter(|c| c.parameter.is_none()).map(|c| tongues(&c.rows[0])),
                 "chart": p.chart.as_ref().and_then(|c| Some(json!({

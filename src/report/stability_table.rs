@@ -70,12 +70,9 @@ pub fn text(found: &StabilityResult) -> String {
     text += &match &found.floquet {
         Err(why) => format!("parametric stability left out: {why}\n"),
         Ok(p) => {
-            let state = match p.max_multiplier <= 1.0 + 1e-9 {
+            let state = match p.is_stable() {
                 true => "stable".to_string(),
-                false => format!(
-                    "unstable, grows by {} 1/s",
-                    four_digits(p.max_multiplier.ln() / p.period)
-                ),
+                false => format!("unstable, grows by {} 1/s", four_digits(p.growth_rate())),
             };
             let mut line = format!(
                 "mesh stiffness at this speed: {state}, largest multiplier {} a period of {} s\n",

@@ -46,6 +46,12 @@ pub mod screws;
 
 pub mod gear_file;
 
+pub mod gear_kind;
+
+mod gear_member;
+
+pub mod mesh_table;
+
 mod named_gear_file;
 
 mod gears;

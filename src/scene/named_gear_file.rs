@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::bevel_file;
 use super::bevel_mesh::BevelMesh;
-use super::gear_file::{self, GearFile, PairKind};
+use super::gear_file::{self, GearFile};
+use super::gear_kind::{PairKind, pair_kind};
 use super::gear_mesh::{GearMesh, MeshFile};
 use super::model::CutOn;
 use super::pair_mesh::PairMesh;
@@ -68,7 +69,7 @@ const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 /// The gear file of a pair under `gear`; keys of the table that it determines are errors.
 pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
     let named = NamedFile::read(f, "gear")?;
-    if gear_file::pair_kind(&named.source) != PairKind::Bevel {
+    if pair_kind(&named.source) != PairKind::Bevel {
         let mesh = cylindrical(f, "", named, DETERMINED_OF_PAIR)?;
         return Some(PairMesh::Cylindrical(mesh));
     }

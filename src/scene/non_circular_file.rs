@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::csv_table::CsvTable;
-use super::gear_file::rack;
+use super::gear_member::rack;
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, PRESSURE_ANGLE_RANGE};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};

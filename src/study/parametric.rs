@@ -29,6 +29,21 @@ pub struct ParametricResult {
     pub chart: Option<StabilityChart>,
 }
 
+/// A multiplier this much above 1 is one.
+const MULTIPLIER_TOLERANCE: f64 = 1e-9;
+
+impl ParametricResult {
+    /// Whether no motion grows from period to period.
+    pub fn is_stable(&self) -> bool {
+        self.max_multiplier <= 1.0 + MULTIPLIER_TOLERANCE
+    }
+
+    /// Growth of the fastest motion, 1/s.
+    pub fn growth_rate(&self) -> f64 {
+        self.max_multiplier.ln() / self.period
+    }
+}
+
 /// Unstable speeds.
 pub struct StabilityChart {
     /// The first and the last speed looked at, as factors of the scene's.

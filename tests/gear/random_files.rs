@@ -9,7 +9,7 @@ use geardyn::internals::plan::gear::{bevel, space};
 use geardyn::internals::report::bevel::BevelReport;
 use geardyn::internals::report::presentation::Presentation;
 use geardyn::internals::scene::bevel_file;
-use geardyn::internals::scene::gear_file::{PairKind, pair_kind};
+use geardyn::internals::scene::gear_kind::{PairKind, pair_kind};
 
 /// The shipped files of gears in space.
 const SPACE: [&str; 5] = [

@@ -8,7 +8,7 @@ use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, list, number, switch, word
 use super::output::{OutputArgs, PageArgs};
 use crate::scene::bevel_file::ContactSide;
 use crate::scene::correction_study::{FlankSide, Member};
-use crate::scene::gear_file::{BodyModel, MeshMethod};
+use crate::scene::mesh_table::{BodyModel, MeshMethod};
 
 /// Keys of the load on a mesh.
 #[derive(Debug)]

@@ -257,7 +257,7 @@ mod tests {
         AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
         SimulateStudy, StabilityStudy, TransmissionStudy,
     };
-    use crate::scene::{bevel_file, correction_study, gear_file};
+    use crate::scene::{bevel_file, correction_study, mesh_table};
 
     fn read<S: ReadStudy>(f: &mut TableReader) {
         S::read(f);
@@ -318,7 +318,7 @@ mod tests {
                 "{unread:?}"
             );
         }
-        let mesh: fn(&mut TableReader) = |f| drop(gear_file::mesh(f));
+        let mesh: fn(&mut TableReader) = |f| drop(mesh_table::mesh(f));
         let contact: fn(&mut TableReader) = |f| {
             bevel_file::contact(f);
         };

@@ -8,7 +8,7 @@ use crate::base::error::Errors;
 use crate::base::flags::Flags;
 use crate::base::source_span::SourceFile;
 use crate::plan::decision::StageDecision;
-use crate::scene::gear_file::PairKind;
+use crate::scene::gear_kind::PairKind;
 use crate::scene::{crossed_file, helicoid_file, hob_file, plane_worm_file, worm_file};
 
 /// Computes what a file determines.

@@ -4,7 +4,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_duration;
 use crate::base::text::suggestion;
-use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
+use crate::motion::diagnostics::rate_bound;
+use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::methods::{self, IntegrationMethod, METHODS, MethodFamily, StepControl};
 use crate::motion::problem::StepSize;
 use crate::scene::study::SimulateStudy;
@@ -55,42 +56,7 @@ const STABILITY_LIMIT: f64 = 6.0;
 
 /// Steps that keep the explicit method stable over a time, at most; nothing where a law has no greatest slope.
 fn explicit_steps(model: &DynamicModel, until: f64) -> Option<f64> {
-    let mut stiffness = vec![0.0; model.coordinate_count()];
-    let mut damping = vec![0.0; model.coordinate_count()];
-    let mut inner = 0.0f64;
-    for branch in &model.elements {
-        let factor = branch.max_factor();
-        let (k, c) = match &branch.law {
-            ForceLaw::Linear { stiffness, damping } => (*stiffness, *damping),
-            ForceLaw::Contact(contact) => (contact.stiffness, contact.damping),
-            ForceLaw::Maxwell { stiffness, damping } => {
-                inner = inner.max(stiffness / damping);
-                (*stiffness, 0.0)
-            }
-            // What sticks is held, and what slides has the slope of its law alone.
-            ForceLaw::Friction(_) | ForceLaw::AngleLocked { .. } => (0.0, 0.0),
-            ForceLaw::LaggedTorque { lag, .. } => {
-                inner = inner.max(1.0 / lag);
-                (0.0, 0.0)
-            }
-            _ => return None,
-        };
-        // Row sums of M^-½ K M^-½ bound its largest eigenvalue (Gershgorin).
-        let root = |i: usize| model.mass.entry(i, i).sqrt();
-        let sum: f64 = branch
-            .direction
-            .entries()
-            .map(|(i, a)| a.abs() / root(i))
-            .sum();
-        for (i, a) in branch.direction.entries() {
-            let share = a.abs() / root(i) * sum;
-            stiffness[i] += (k * factor).abs() * share;
-            damping[i] += (c * factor).abs() * share;
-        }
-    }
-    let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
-    let fastest = largest(&stiffness).sqrt() + largest(&damping) + inner;
-    let steps = until * fastest / STABILITY_LIMIT;
+    let steps = until * rate_bound(model)? / STABILITY_LIMIT;
     steps.is_finite().then_some(steps)
 }
 
