@@ -5,6 +5,7 @@ use std::ops::Index;
 use crate::base::error::Diagnostic;
 use crate::machine::components;
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_falling;
 use crate::plan::modes_run::ModesResult;
 
 /// The natural modes of a machine by rising frequency.
@@ -46,7 +47,7 @@ impl Modes {
                 .iter()
                 .map(|(element, share)| (machine.elements[*element].name.clone(), *share))
                 .collect();
-            shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            sort_falling(&mut shares, |a| a.1.abs());
             shares
         };
         let with_energies = result.modes.into_iter().zip(&result.energies);

@@ -11,6 +11,7 @@ use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::numeric::Matrix;
 use crate::numeric::least_squares::solve;
+use crate::numeric::sorting::sort_falling;
 
 /// A place where counts are missing or too many.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,7 +120,7 @@ pub fn find_steps(
             _ => found.push((row, height, far)),
         }
     })?;
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sort_falling(&mut found, |a| a.1);
     found.truncate(MAX_CANDIDATES);
     found.sort_by_key(|f| f.0);
     let steps = fit_step_sizes(&found, runs, request);

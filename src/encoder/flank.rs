@@ -12,6 +12,7 @@ use super::resampling::RESAMPLING_ERROR;
 use super::residual_steps::{ResidualStep, find_residual_steps};
 use super::shaft_average::{ShaftAverage, shaft_averages};
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::symmetric::lu_solve;
 use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
@@ -208,7 +209,7 @@ pub fn evaluate_flank(
             order,
         });
     }
-    lines.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
+    sort_rising(&mut lines, |a| a.order.value);
     let square: f64 = found.residual.iter().map(|r| r * r).sum();
     signal.values.iter_mut().for_each(|e| *e -= found.mean);
     // Each quadrature has the deviation of its wave: either angle has its variance, and a range is a difference of two.

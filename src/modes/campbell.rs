@@ -17,6 +17,7 @@ use crate::machine::components::Machine;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::LinearModel;
 use crate::machine::spin::spinning;
+use crate::numeric::sorting::sort_rising;
 
 /// A Campbell diagram.
 #[derive(Debug, Clone)]
@@ -120,7 +121,7 @@ pub fn campbell_diagram(
         mut crossings,
         ..
     } = drawing;
-    crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+    sort_rising(&mut crossings, |a| a.speed_rpm);
     Ok(CampbellDiagram {
         reference: machine.nodes[machine.dofs[spins.reference].node]
             .name

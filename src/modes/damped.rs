@@ -15,6 +15,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::quadratic::QuadraticEigenproblem;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::numeric::{Complex, ComplexMatrix, eigen};
 
 /// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
@@ -60,7 +61,7 @@ pub fn modes(
         return Err(Error::new(Code::Overflow, message)
             .with_hint("check for a damping or a speed of absurd size"));
     }
-    found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
+    sort_rising(&mut found, |a| modulus(a.value));
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&eigenproblem, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = model
@@ -183,7 +184,7 @@ fn with_loss_factors(
     let (values, right) = eigen::eigen_complex(matrix)?;
     let mut above: Vec<usize> = (0..values.len()).filter(|&k| values[k].im > 0.0).collect();
     // Roots that are real without H stand next to the axis here; where H has no meaning they are taken without it.
-    above.sort_by(|&a, &b| values[b].im.total_cmp(&values[a].im));
+    sort_falling(&mut above, |&a| values[a].im);
     above.truncate(swings);
     if above.len() < swings {
         let message = format!(

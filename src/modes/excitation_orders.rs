@@ -8,6 +8,7 @@ use crate::machine::components::{BranchLaw, Gear, Machine};
 use crate::machine::kinematics::{Kinematics, mean_speeds, no_rotation_error};
 use crate::numeric::exact_constraints::ExactConstraints;
 use crate::numeric::fraction::Fraction;
+use crate::numeric::sorting::sort_rising;
 
 /// An order, with all that excites it.
 #[derive(Debug, Clone, PartialEq)]
@@ -153,7 +154,7 @@ pub fn excitation_orders(
             (1..=options.mesh_multiples).for_each(|multiple| put(ExcitationCause::Mesh, multiple));
         }
     }
-    orders.sort_by(|a, b| a.value.total_cmp(&b.value));
+    sort_rising(&mut orders, |a| a.value);
     Ok(orders)
 }
 

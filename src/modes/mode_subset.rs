@@ -13,6 +13,7 @@ use crate::machine::linear::LinearModel;
 use crate::numeric::forest::{Forest, ForestSpring};
 use crate::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
 use crate::numeric::shift_invert::{EnergyCorrected, ShiftInvert, ShiftedForest};
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::sparse::{LdlFactor, SparseSymmetric};
 
 /// Which modes are wanted.
@@ -187,7 +188,7 @@ fn modes_near_frequency(
         let (mut ritz, solver) = modes_near_shift(model, forest, rigid, omega * omega, ask)?;
         let apart = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
         let mut order: Vec<usize> = (0..ritz.values.len()).collect();
-        order.sort_by(|&a, &b| apart(&ritz.values[a]).total_cmp(&apart(&ritz.values[b])));
+        sort_rising(&mut order, |&a| apart(&ritz.values[a]));
         let reach = ritz
             .values
             .iter()

@@ -11,6 +11,7 @@ use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::assignment::assign;
 use crate::numeric::mac::{self, hermitian_product};
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::numeric::{Complex, Matrix, parallel};
 
 /// Oscillatory modes at one speed, by rising |λ|.
@@ -246,7 +247,7 @@ fn mode_set(model: &LinearModel, speed: f64, modes: Vec<Mode>) -> ModeSet {
             mode,
         })
         .collect();
-    modes.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
+    sort_rising(&mut modes, |a| a.mode.omega());
     ModeSet { speed, modes }
 }
 
@@ -325,7 +326,7 @@ fn align_repeated(snapshot: &mut ModeSet, like: &ModeSet) {
         };
         let mut targets: Vec<Vec<Complex>> = like.modes.iter().map(parts).collect();
         let size = |parts: &Vec<Complex>| parts.iter().map(|c| c.norm_sqr()).sum::<f64>();
-        targets.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        sort_falling(&mut targets, size);
         let mut turned: Vec<TrackedMode> = Vec::new();
         let axes = (0..basis.len()).map(|i| {
             (0..basis.len())
@@ -340,7 +341,7 @@ fn align_repeated(snapshot: &mut ModeSet, like: &ModeSet) {
                 }
             }
         }
-        turned.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
+        sort_rising(&mut turned, |a| a.mode.omega());
         for (place, followed) in group.zip(turned) {
             snapshot.modes[place] = followed;
         }

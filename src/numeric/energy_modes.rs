@@ -17,6 +17,7 @@ use super::pivoted_qr::norm;
 use super::thin_qr::transposed_product;
 use super::vector_ops::dot;
 use super::{Matrix, symmetric};
+use crate::numeric::sorting::sort_rising;
 
 /// Squares `(root · Σ a x)²`, of springs with √k or of inertias with √m, their terms one after another.
 #[derive(Debug, Clone, Default)]
@@ -142,7 +143,7 @@ pub fn energy_modes(
             modes[j].measure(expansion);
         }
     }
-    modes.sort_by(|a, b| a.square.total_cmp(&b.square));
+    sort_rising(&mut modes, |a| a.square);
     Ok(Some(EnergyModes {
         omega: modes.iter().map(|m| m.square.sqrt()).collect(),
         vectors: Matrix::from_fn(a.nrows(), elastic, |i, j| modes[j].y[i]),
@@ -290,7 +291,7 @@ impl StrainedMode {
 /// Kato and Temple's bound with the distance to the nearest other quotient, and the cosine of strains that it allows.
 fn bound(modes: &mut [StrainedMode]) {
     let mut order: Vec<usize> = (0..modes.len()).collect();
-    order.sort_by(|&i, &j| modes[i].square.total_cmp(&modes[j].square));
+    sort_rising(&mut order, |&i| modes[i].square);
     for (at, &j) in order.iter().enumerate() {
         let mode = &modes[j];
         let apart = |k: &usize| (modes[*k].square - mode.square).abs() - modes[*k].residual;

@@ -13,6 +13,7 @@ use super::jacobi::orthogonalise;
 use super::pivoted_qr::{back_substitute, dot, norm, pivoted_qr, subtract};
 use super::rank_revealing::{RankRevealingLdu, null_vectors, rank_revealing_ldu, solve_upper};
 use super::{Matrix, check_finite};
+use crate::numeric::sorting::sort_rising;
 
 /// Singular values and right singular vectors.
 #[derive(Debug, Clone)]
@@ -43,7 +44,7 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let mut turned = rows_of_product(&revealed, n);
     let (lengths, sweeps) = orthogonalise(&mut turned)?;
     let mut by_value: Vec<usize> = (0..turned.len()).filter(|&i| lengths[i] > 0.0).collect();
-    by_value.sort_by(|&i, &j| lengths[i].total_cmp(&lengths[j]));
+    sort_rising(&mut by_value, |&i| lengths[i]);
     let live: Vec<Vec<f64>> = by_value
         .iter()
         .map(|&i| turned[i].iter().map(|x| x / lengths[i]).collect())

@@ -11,6 +11,7 @@ use super::vector_ops::{axpy, dot, gemv, linear_combinations, normalised};
 use super::{Matrix, parallel};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 
 /// A Ritz pair is taken when its residual is below this times |θ|; its value is then good to the square of it, over the gap.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
@@ -273,7 +274,7 @@ impl LanczosState<'_> {
         let eigen = symmetric_eigen(&projected)?;
         let theta = |i: usize| eigen.values[i];
         let mut order: Vec<usize> = (0..m).collect();
-        order.sort_by(|&i, &j| theta(j).abs().total_cmp(&theta(i).abs()));
+        sort_falling(&mut order, |&j| theta(j).abs());
         let largest = theta(order[0]).abs();
         let ready = |i: usize| {
             closed
@@ -411,9 +412,9 @@ impl LanczosState<'_> {
     fn finish(self, runs: usize, counted: bool) -> RitzPairs {
         let shift = self.search.inverse.shift();
         let mut modes = self.modes;
-        modes.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
+        sort_rising(&mut modes, |a| (a.value - shift).abs());
         modes.truncate(self.n_modes);
-        modes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        sort_rising(&mut modes, |a| a.value);
         let values = modes.iter().map(|m| m.value).collect();
         let residuals = modes.iter().map(|m| m.residual).collect();
         let vectors = modes.into_iter().map(|m| m.vector).collect();

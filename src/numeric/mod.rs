@@ -18,6 +18,8 @@ pub mod fft;
 
 pub mod band_limited;
 
+pub mod sorting;
+
 pub mod statistics;
 
 pub mod fraction;

@@ -26,6 +26,7 @@ use crate::modes::state_space::participation::{ModalParticipation, participation
 use crate::modes::system_matrices::AnalysisContext;
 use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal_matrices, undamped};
+use crate::numeric::sorting::sort_rising;
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// Result of a modal study.
@@ -230,7 +231,7 @@ impl ModesRun<'_> {
                     .total_cmp(&(b.omega() - near).abs())
             });
             modes.truncate(count.unwrap_or(DEFAULT_MODE_COUNT));
-            modes.sort_by(|a, b| a.omega().total_cmp(&b.omega()));
+            sort_rising(&mut modes, |a| a.omega());
         } else if let Some(count) = count {
             modes.truncate(count);
         }

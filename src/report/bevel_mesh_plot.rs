@@ -9,6 +9,7 @@ use super::svg::{
 };
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::load::flank_result::{FlankMeshResult, LoadedPlace};
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear_limits::MEMBERS;
 
@@ -154,7 +155,7 @@ pub fn draw_pattern(title: &str, pair: &FlankPair, mesh: &FlankMeshResult) -> St
             };
             // The most pressed places lie on top.
             let mut all: Vec<&LoadedPlace> = places().collect();
-            all.sort_by(|a, b| a.pressure.total_cmp(&b.pressure));
+            sort_rising(&mut all, |a| a.pressure);
             all.iter().for_each(|place| dot(canvas, place));
             let frame = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(at);
             canvas.polyline(&frame, BLACK, 1.0, LineStyle::Solid);

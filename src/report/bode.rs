@@ -5,6 +5,7 @@ use super::figure::{Axis, Curve, Guide, Ink, Mark, Plot, PlotColumn, PointLabel}
 use super::svg::{LineStyle, hertz, truncate_label};
 use crate::modes::mode::modulus;
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_falling;
 
 /// One response.
 #[derive(Debug, Clone, Default)]
@@ -191,7 +192,7 @@ fn frequency_marks(shown: &BodePlot) -> Vec<PointLabel> {
             .collect(),
     };
     lines.retain(|&i| size(i).is_finite());
-    lines.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    sort_falling(&mut lines, |&a| size(a));
     lines.dedup();
     lines.truncate(MARKS);
     let label = |i: usize| PointLabel {

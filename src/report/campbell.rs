@@ -7,6 +7,7 @@ use super::figure::PlotColumn;
 use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
 use crate::modes::excitation_orders::{ExcitationCause, ExcitationOrder, ExcitationSource};
 use crate::modes::whirl::Whirl;
+use crate::numeric::sorting::sort_falling;
 
 /// Orders drawn: those whose parts take most part in the modes they meet.
 const ORDERS: usize = 12;
@@ -62,7 +63,7 @@ fn strongest_orders(found: &CampbellDiagram) -> Vec<usize> {
         strength[c.order] = strength[c.order].max(c.participation);
     }
     let mut order: Vec<usize> = (0..found.orders.len()).collect();
-    order.sort_by(|&a, &b| strength[b].total_cmp(&strength[a]));
+    sort_falling(&mut order, |&a| strength[a]);
     order.truncate(ORDERS);
     order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= MIN_PARTICIPATION);
     order.sort_unstable();

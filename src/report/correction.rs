@@ -16,6 +16,7 @@ use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::dial::{Dial, DialSteps};
 use crate::gear::cut::measured_flank::Deviations;
 use crate::gear::cut::setting::{Setting, SettingKind};
+use crate::numeric::sorting::sort_falling;
 use crate::plan::gear::bevel_contact::BevelContact;
 use crate::plan::gear::correction::{ContactChange, CorrectionResult};
 use crate::plan::gear_limits::MEMBERS;
@@ -246,7 +247,7 @@ impl CorrectionReport {
                 .map(|(share, unknown)| (*share, unknown.setting))
                 .filter(|(share, _)| share.abs() >= NAMED_SHARE)
                 .collect();
-            named.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+            sort_falling(&mut named, |a| a.0.abs());
             let names = named
                 .iter()
                 .map(|(share, setting)| format!("{share:+.2} {}", setting_key(*setting)));

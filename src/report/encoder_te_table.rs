@@ -10,6 +10,7 @@ use super::te_lines::{arcsec, degrees, direction_name, micrometres};
 use crate::base::text::pluralise;
 use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::encoder::index_pulses::IndexEvaluation;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::numeric::statistics::Z_95;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::logs::attribution::Attribution;
@@ -277,9 +278,9 @@ fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: boo
         .filter(|l| all || l.significant)
         .collect();
     if !all {
-        shown.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        sort_falling(&mut shown, |a| a.amplitude);
         shown.truncate(MAX_ROWS);
-        shown.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
+        sort_rising(&mut shown, |a| a.order.value);
     }
     let mut text = String::from("\n");
     if !shown.is_empty() {

@@ -5,6 +5,7 @@ use super::svg::{
     render_svg, significant, text_width, truncate_label, widest,
 };
 use crate::modes::energy::EnergyShares;
+use crate::numeric::sorting::sort_falling;
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 
@@ -56,7 +57,7 @@ fn significant_elements(energies: &[EnergyShares]) -> (Vec<usize>, usize) {
     }
     let all = largest.len();
     largest.retain(|&(_, share)| share >= MAX_ROWS);
-    largest.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sort_falling(&mut largest, |a| a.1);
     largest.truncate(MAX_ELEMENTS);
     largest.sort_by_key(|&(element, _)| element);
     let kept = largest.len();

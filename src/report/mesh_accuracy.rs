@@ -11,6 +11,7 @@ use super::table::Table;
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use crate::base::error::Error;
 use crate::base::source_span::SourceFile;
+use crate::numeric::sorting::sort_rising;
 use crate::study::comparison::ComparisonResult;
 
 /// Grids of a mesh compared by e(φ, T) and by k(φ, T).
@@ -72,7 +73,7 @@ impl Presentation for MeshAccuracyReport<'_> {
 /// The grids that no quicker one is as accurate as, by rising time.
 fn quickest(result: &ComparisonResult) -> Vec<WorkPrecisionPoint> {
     let mut points = comparison_points(result);
-    points.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    sort_rising(&mut points, |a| a.seconds);
     let mut least = f64::INFINITY;
     points.retain(|point| {
         let is_better = point.error < least;

@@ -8,6 +8,7 @@ use crate::machine::components::Machine;
 use crate::modes::campbell::{CampbellDiagram, OrderCrossing};
 use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
+use crate::numeric::sorting::sort_falling;
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 
@@ -142,7 +143,7 @@ fn rank_by_share(machine: &Machine, all: [Option<&[(usize, f64)]>; 3]) -> Vec<us
         largest[element] = largest[element].max(share.abs());
     }
     let mut order: Vec<usize> = (0..largest.len()).filter(|&e| largest[e] >= 1e-3).collect();
-    order.sort_by(|&a, &b| largest[b].total_cmp(&largest[a]));
+    sort_falling(&mut order, |&a| largest[a]);
     order
 }
 

@@ -14,6 +14,7 @@ use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::plan::response::run::{ResponseCurve, ResponseResult};
 use crate::response::frf::{ResponseMethod, SolverKind};
 
@@ -203,9 +204,9 @@ const MAX_ROWS: usize = 20;
 
 fn peak_table(machine: &Machine, pair: &ResponseCurve) -> String {
     let mut shown: Vec<_> = pair.peaks.iter().collect();
-    shown.sort_by(|a, b| b.peak.height.total_cmp(&a.peak.height));
+    sort_falling(&mut shown, |a| a.peak.height);
     shown.truncate(MAX_ROWS);
-    shown.sort_by(|a, b| a.peak.omega.total_cmp(&b.peak.omega));
+    sort_rising(&mut shown, |a| a.peak.omega);
     let mut table = Table::new("frequency [Hz]")
         .column("magnitude", &pair.unit)
         .columns("amplification [of static]|damping [%]|dominant element");

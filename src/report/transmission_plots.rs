@@ -9,6 +9,7 @@ use super::svg::{
 };
 use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::statistics::extremes;
 use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
 use crate::transmission::speed_map::SpeedMap;
@@ -61,7 +62,7 @@ fn titled(title: &str, machine: &Machine, result: &TransmissionResult) -> String
 fn largest(result: &TransmissionResult) -> Vec<usize> {
     let size = |k: usize| result.quasi_static(&result.lines[k]).norm();
     let mut order: Vec<usize> = (0..result.lines.len()).filter(|&k| size(k) > 0.0).collect();
-    order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    sort_falling(&mut order, |&a| size(a));
     order
 }
 
@@ -72,11 +73,11 @@ fn orders(result: &TransmissionResult, size: impl Fn(usize) -> f64) -> Vec<Vec<u
         .chunk_by(|&a, &b| result.lines[a].line.order == result.lines[b].line.order)
         .map(|group| {
             let mut group = group.to_vec();
-            group.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+            sort_falling(&mut group, |&a| size(a));
             group
         })
         .collect();
-    groups.sort_by(|a, b| size(b[0]).total_cmp(&size(a[0])));
+    sort_falling(&mut groups, |a| size(a[0]));
     groups.truncate(MAX_LABELS);
     groups.sort_by_key(|group| group[0]);
     groups
@@ -147,7 +148,7 @@ fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
     const MAX_COUNT: usize = 20;
     let found = &result.budget.elements;
     let mut order: Vec<usize> = (0..found.len()).filter(|&e| found[e].share > 0.0).collect();
-    order.sort_by(|&a, &b| found[b].share.total_cmp(&found[a].share));
+    sort_falling(&mut order, |&a| found[a].share);
     let hidden: f64 = order.iter().skip(MAX_COUNT).map(|&e| found[e].share).sum();
     order.truncate(MAX_COUNT);
     let height = MARGIN_TOP + ROW_HEIGHT * order.len() as f64 + 40.0;

@@ -5,6 +5,7 @@ use super::table::{Table, or_dash};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
+use crate::numeric::sorting::sort_falling;
 use crate::plan::transmission::result::TransmissionResult;
 use crate::transmission::budget::ErrorBudget;
 use crate::transmission::indexing::IndexingEffect;
@@ -170,7 +171,7 @@ fn largest_lines(result: &TransmissionResult, all: bool) -> Vec<usize> {
     };
     let mut shown: Vec<usize> = (0..result.lines.len()).filter(moves).collect();
     if !all && shown.len() > MAX_ROWS {
-        shown.sort_by(|&a, &b| result.max_amplitude(b).total_cmp(&result.max_amplitude(a)));
+        sort_falling(&mut shown, |&a| result.max_amplitude(a));
         shown.truncate(MAX_ROWS);
         shown.sort_unstable();
     }
@@ -326,7 +327,7 @@ fn elements(result: &TransmissionResult) -> String {
         result.budget.elements[e].share.max(fast)
     };
     let mut order: Vec<usize> = (0..result.elements.len()).collect();
-    order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
+    sort_falling(&mut order, |&a| share(a));
     order.truncate(ELEMENTS);
     const AT_SPEED: &str = "at speed: share [%]|one grade better [% off]|without it [% off]";
     let mut table = Table::named("element|share [%]|one grade better [% off]|without it [% off]")

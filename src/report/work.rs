@@ -7,6 +7,7 @@ use super::table::Table;
 use super::te_lines::ARCSEC;
 use crate::base::text::pluralise;
 use crate::gear::bevel::tooth::SIDES;
+use crate::numeric::sorting::sort_falling;
 use crate::plan::gear_limits::MEMBERS;
 use crate::plan::meshes::work::{LEFT_OUT, WorkLine, WorkResult};
 
@@ -17,7 +18,7 @@ const MOST_ROWS: usize = 12;
 pub fn text(work: &WorkResult, all: bool) -> String {
     let pair = &work.pair;
     let mut shown: Vec<&WorkLine> = work.lines.iter().collect();
-    shown.sort_by(|a, b| b.effect.flank.total_cmp(&a.effect.flank));
+    sort_falling(&mut shown, |a| a.effect.flank);
     if !all {
         shown.truncate(MOST_ROWS);
     }

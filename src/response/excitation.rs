@@ -9,6 +9,7 @@ use crate::modes::excitation_orders::{
 };
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
+use crate::numeric::sorting::sort_rising;
 use crate::scene::laws::Waveform;
 
 /// One order of one source.
@@ -124,7 +125,7 @@ pub fn excitations(
             }
         }
     }
-    all.sort_by(|a, b| a.order.total_cmp(&b.order));
+    sort_rising(&mut all, |a| a.order);
     Ok(all)
 }
 

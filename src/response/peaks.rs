@@ -4,6 +4,7 @@
 //! found by parabolic interpolation of the first, its half-power frequencies by secants of the second, from few solutions each.
 
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 
 /// A peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +62,7 @@ pub fn find_peaks(
             }
         }
     }
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_rising(&mut all, |a| a.0);
     all.dedup_by(|a, b| a.0 == b.0);
     let mut found = Vec::new();
     for k in 1..all.len().saturating_sub(1) {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// Responses on lines that follow them.
@@ -85,7 +86,7 @@ pub fn refine(
 }
 
 fn sorted(all: &mut Vec<(f64, ComplexMatrix)>) {
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_rising(all, |a| a.0);
     all.dedup_by(|a, b| a.0 == b.0);
 }
 

@@ -16,6 +16,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, next_fast_len};
+use crate::numeric::sorting::sort_falling;
 
 /// Options for extracting and accepting hits.
 #[derive(Debug, Clone, PartialEq)]
@@ -275,7 +276,7 @@ impl ImpactRecord<'_> {
             }
             let begin = segment.start + stroke[0].samples.start;
             let end = segment.start + stroke.last().map_or(0, |p| p.samples.end);
-            stroke.sort_by(|a, b| b.height.abs().total_cmp(&a.height.abs()));
+            sort_falling(&mut stroke, |a| a.height.abs());
             let is_double = stroke.get(1).is_some_and(|second| {
                 second.height.abs() > DOUBLE_HIT_SHARE * stroke[0].height.abs()
             });

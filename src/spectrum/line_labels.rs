@@ -4,6 +4,7 @@ use crate::base::error::Error;
 
 use super::validation::{check_count, check_positive};
 use crate::base::code::Code;
+use crate::numeric::sorting::sort_rising;
 
 /// A line that may be there.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +59,7 @@ pub fn label_lines(peaks: &[MeasuredLine], expected_lines: &[ExpectedLine]) -> V
             .take_while(|&i| expected_lines[i].position <= peak.position + reach)
             .filter(|&i| distance(i) <= expected_lines[i].tolerance + peak.uncertainty)
             .collect();
-        candidates.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        sort_rising(&mut candidates, |&a| distance(a));
         let nearest = candidates.first().map_or(0.0, |&i| distance(i));
         let alike = candidates
             .iter()

@@ -6,6 +6,7 @@
 use super::spectra::Spectra;
 use super::window::leakage;
 use crate::numeric::parabola::log_vertex;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::statistics::chi_squared_quantile;
 
 /// Peak criteria.
@@ -115,7 +116,7 @@ pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> V
             }
         })
         .collect();
-    found.sort_by(|a, b| b.signal_to_noise.total_cmp(&a.signal_to_noise));
+    sort_falling(&mut found, |a| a.signal_to_noise);
     found
 }
 

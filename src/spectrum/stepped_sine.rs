@@ -13,6 +13,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, next_fast_len};
+use crate::numeric::sorting::sort_rising;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
 /// Fewer periods are no dwell.
@@ -254,7 +255,7 @@ pub fn estimate_from_dwells(
         .with_hint("estimate with averaged blocks instead"));
     }
     let mut order: Vec<&Dwell> = dwells.iter().collect();
-    order.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    sort_rising(&mut order, |a| a.frequency_hz);
     let mut found = FrequencyResponses {
         frequency_hz: Vec::with_capacity(dwells.len()),
         responses: outputs

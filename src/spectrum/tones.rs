@@ -9,6 +9,7 @@ use super::sine::{self, SineFit};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, prev_fast_len};
+use crate::numeric::sorting::{sort_falling, sort_rising};
 
 /// A sine of constant amplitude and frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +79,7 @@ pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>
         }
     }
     let mut found = search.tones;
-    found.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    sort_rising(&mut found, |a| a.frequency_hz());
     Ok(found.iter().map(ToneFit::tone).collect())
 }
 
@@ -293,7 +294,7 @@ fn peaks(tests: &[Vec<f64>], looked_at: f64, tapers: usize) -> Vec<(usize, usize
         })
         .map(|m| (m, all[m].1))
         .collect();
-    peaks.sort_by(|a, b| all[b.0].0.total_cmp(&all[a.0].0));
+    sort_falling(&mut peaks, |a| all[a.0].0);
     peaks
 }
 

@@ -14,6 +14,7 @@ use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod, natural_frequencies};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Matrix, symmetric};
 use crate::plan::meshes::stage::MeshStage;
 use crate::plan::prepared_machine::PreparedMachine;
@@ -290,7 +291,7 @@ fn master_dofs(model: &LinearModel) -> Vec<usize> {
         }
     }
     let mut order: Vec<usize> = (0..model.n).filter(|&i| m[i] > 0.0).collect();
-    order.sort_by(|&a, &b| (k[a] / m[a]).total_cmp(&(k[b] / m[b])));
+    sort_rising(&mut order, |&a| k[a] / m[a]);
     order
 }
 

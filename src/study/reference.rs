@@ -11,6 +11,7 @@ use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
 use crate::motion::problem::StepSize;
 use crate::motion::sensitivity::{Amplification, PERTURBATION_SHARE};
 use crate::numeric::parallel;
+use crate::numeric::sorting::sort_rising;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
@@ -268,7 +269,7 @@ fn most_trusted_pair(found: &[RefinementSeries]) -> Option<(usize, Vec<CrossChec
                 distance: relative_distance(other.values(), found[at].values()),
             })
             .collect();
-        all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        sort_rising(&mut all, |a| a.distance);
         (at, all)
     };
     let mut all = (0..found.len()).map(beside);

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use crate::numeric::Complex;
 use crate::numeric::lattice::RankOneLattice;
+use crate::numeric::sorting::sort_rising;
 
 /// One harmonic at the output.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +93,7 @@ pub fn range_distribution(
         false => (0.0, STEPS.2),
     };
     let mut order: Vec<&HarmonicTerm> = terms.iter().collect();
-    order.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+    sort_rising(&mut order, |a| a.value.norm());
     let (mut kept, mut added, mut sum) = (Vec::new(), 0.0, 0.0);
     for term in order {
         sum += size(term);

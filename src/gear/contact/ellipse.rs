@@ -4,6 +4,7 @@ use super::contact_point::ContactPoint;
 use super::pair::FlankPair;
 use crate::gear::kernel::second_order::{Curvature, SecondOrder};
 use crate::gear::kernel::vector::Vector;
+use crate::numeric::sorting::sort_rising;
 
 /// Instantaneous contact ellipse: where the gap is below the coating's thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,7 @@ impl FlankPair {
             ],
         };
         let mut principal = relative.principal();
-        principal.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        sort_rising(&mut principal, |a| a.0.abs());
         let semi_axes = principal.map(|(k, _)| (2.0 * coating / k.abs()).sqrt());
         semi_axes[0].is_finite().then_some(ContactEllipse {
             relative_curvatures: principal.map(|(k, _)| k),

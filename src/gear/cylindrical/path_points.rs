@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::pair::Pair;
 use super::path_of_contact::PathGeometry;
+use crate::numeric::sorting::sort_rising;
 
 /// One point of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +51,7 @@ impl PathPoints {
         points.extend(is_between(&c).then_some(("C", c)));
         points.extend(alone.then_some(("D", d)));
         points.push(("E", e));
-        points.sort_by(|p, q| p.1.distance.total_cmp(&q.1.distance));
+        sort_rising(&mut points, |p| p.1.distance);
         points
     }
 }

@@ -10,6 +10,7 @@ use super::pair::Pair;
 use super::warnings::{NearestValue, Warning, WarningKind};
 use crate::base::bound::Bound;
 use crate::gear::kernel::root::sign_change;
+use crate::numeric::sorting::sort_rising;
 
 /// Profile shifts tried, in tenths.
 const SHIFTS: std::ops::RangeInclusive<i32> = -8..=12;
@@ -144,7 +145,7 @@ impl Design {
             .flat_map(|i| SHIFTS.map(move |j| [tenths(i), tenths(j)]))
             .collect();
         let far = |s: &[f64; 2]| (s[0] - present[0]).hypot(s[1] - present[1]);
-        shifts.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        sort_rising(&mut shifts, far);
         let of_shifts = shifts.into_iter().map(|shifts| NearestValue::Teeth {
             teeth,
             shifts,

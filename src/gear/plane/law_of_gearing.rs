@@ -7,6 +7,7 @@ use super::pitch_curve::{degrees, out_of_range};
 use super::profile::{Profile, ProfileJet};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Complex, small_dense};
 
 /// Points of each profile at which the first contact is sought.
@@ -194,7 +195,7 @@ fn first_contact(
         ((b[2] - a[2]) * (c[2] - b[2]) <= 0.0).then_some(b)
     });
     let mut starts: Vec<[f64; 3]> = extremes.collect();
-    starts.sort_by(|a, b| a[2].abs().total_cmp(&b[2].abs()));
+    sort_rising(&mut starts, |a| a[2].abs());
     let mut tried = starts.into_iter();
     tried.find(|start| contact(axis_2, first, second, angle, turn, *start).is_some())
 }

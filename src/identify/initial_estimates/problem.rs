@@ -6,6 +6,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::transfer::function::{DirectTerms, TransferFunction};
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_rising;
 use crate::recording::frequency_responses::ChannelLabel;
 
 /// Which terms next to the poles are fitted, and how long.
@@ -174,7 +175,7 @@ impl<'a> CommonPoleProblem<'a> {
                 .filter(|p| p.re > 0.0)
                 .for_each(|p| p.re = -p.re);
         }
-        poles.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        sort_rising(poles, |a| a.norm());
     }
 }
 

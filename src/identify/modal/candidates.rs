@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_rising;
 
 /// A pole that may be a mode or may model noise.
 #[derive(Debug, Clone)]
@@ -43,7 +44,7 @@ pub struct OrderPoles {
 impl OrderPoles {
     /// Sorts the poles.
     pub fn new(order: usize, mut poles: Vec<CandidatePole>) -> OrderPoles {
-        poles.sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
+        sort_rising(&mut poles, |a| a.pole.norm());
         OrderPoles { order, poles }
     }
 }

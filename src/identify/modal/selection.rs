@@ -11,6 +11,7 @@ use super::stabilisation::min_mac;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::mac::mac;
+use crate::numeric::sorting::sort_rising;
 
 /// When poles are one mode, and when a mode is physical.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +100,7 @@ pub fn select_modes(
             (present.len() as f64 >= least).then(|| cluster_mode(&poles, share))
         })
         .collect();
-    modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
+    sort_rising(&mut modes, |a| a.mode.pole.norm());
     merge_duplicates(modes)
 }
 

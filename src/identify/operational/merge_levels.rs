@@ -4,6 +4,7 @@ use super::harmonics::HarmonicIndicator;
 use super::jackknife::half_band_hz;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::mac::mac;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::Z_95;
 
 /// Estimates of one mode have shapes this much alike.
@@ -82,7 +83,7 @@ pub(super) fn merge_levels(
     for rung in rungs {
         found = two(found, rung, &mut pairs);
     }
-    found.sort_by(|a, b| frequency(a).total_cmp(&frequency(b)));
+    sort_rising(&mut found, frequency);
     (found, pairs)
 }
 
@@ -99,7 +100,7 @@ fn two(
             near.push((i, j, distance));
         }
     }
-    near.sort_by(|x, y| x.2.total_cmp(&y.2));
+    sort_rising(&mut near, |x| x.2);
     let (mut of_a, mut of_b) = (vec![None; a.len()], vec![None; b.len()]);
     for &(i, j, _) in &near {
         if of_a[i].is_none() && of_b[j].is_none() {

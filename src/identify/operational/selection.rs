@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
 use crate::identify::modal::clusters::cluster;
 use crate::numeric::mac::mac;
+use crate::numeric::sorting::sort_rising;
 
 /// Poles above this damping ratio model noise.
 pub const MAX_DAMPING: f64 = 0.2;
@@ -74,7 +75,7 @@ pub fn clusters(orders: &[OrderPoles], band_hz: (f64, f64)) -> Vec<PoleCluster> 
         .flat_map(split_cluster)
         .filter_map(|members| common(members, orders))
         .collect();
-    found.sort_by(|a, b| a.frequency().total_cmp(&b.frequency()));
+    sort_rising(&mut found, |a| a.frequency());
     found
 }
 
@@ -116,7 +117,7 @@ fn split_cluster(mut members: ClusterMembers) -> Vec<ClusterMembers> {
     {
         return vec![members];
     }
-    members.sort_by(|a, b| a.1.pole.norm().total_cmp(&b.1.pole.norm()));
+    sort_rising(&mut members, |a| a.1.pole.norm());
     let gap = |k: &usize| members[k + 1].1.pole.norm() - members[*k].1.pole.norm();
     let widest = (0..members.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
     let upper = members.split_off(widest.unwrap_or(0) + 1);

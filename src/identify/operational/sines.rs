@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::base::error::Error;
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_rising;
 use crate::spectrum::sine;
 use crate::spectrum::tones::{Tone, remove_tones};
 
@@ -71,7 +72,7 @@ pub fn take_out_constant(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<
         }
     }
     let mut tones: Vec<Tone> = all.into_iter().map(|t| t.0).collect();
-    tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    sort_rising(&mut tones, |a| a.frequency_hz);
     Ok(tones)
 }
 

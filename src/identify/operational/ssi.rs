@@ -21,6 +21,7 @@ use crate::identify::modal::candidates::{OrderPoles, normalize_to_largest};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::mac::mac;
+use crate::numeric::sorting::sort_falling;
 use crate::spectrum::decimate::{DecimationOptions, decimate};
 
 /// Highest order: 30 modes on a rung.
@@ -299,7 +300,7 @@ fn scatter_hz(cluster: &PoleCluster) -> f64 {
 fn without_twins(mut all: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> {
     let modes: Vec<ModalParameters> = all.iter().map(|e| e.0.mode.clone()).collect();
     all.retain(|e| !modes.iter().any(|m| is_shadow(&e.0.mode, m)));
-    all.sort_by(|a, b| b.0.presence.total_cmp(&a.0.presence));
+    sort_falling(&mut all, |a| a.0.presence);
     let mut kept: Vec<(PoleEstimate, f64)> = Vec::new();
     for one in all {
         if !kept.iter().any(|k| is_twin(&k.0.mode, &one.0.mode)) {

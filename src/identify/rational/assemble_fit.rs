@@ -14,6 +14,7 @@ use super::random_effects::{PooledMean, student_factor};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
 use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
+use crate::numeric::sorting::sort_rising;
 
 /// A misfit this many standard deviations above that of noise is a model error.
 const MODEL_ERROR_SIGMA: f64 = 4.0;
@@ -186,15 +187,15 @@ pub(super) fn assemble_fit(
             false => accepted.push((mode, departure)),
         }
     }
-    (fit.omitted).sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
-    accepted.sort_by(|a, b| a.0.frequency_hz().total_cmp(&b.0.frequency_hz()));
+    sort_rising(&mut fit.omitted, |a| a.pole.norm());
+    sort_rising(&mut accepted, |a| a.0.frequency_hz());
     (fit.modes, fit.departures) = accepted.into_iter().unzip();
     if !has_departures {
         fit.departures.clear();
     }
     add_warnings(&mut fit, lines, &result, beyond, per_dof);
     // The least visible first: another that it overlaps may be a mode without it.
-    needless.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_rising(&mut needless, |a| a.0);
     let mut places: Vec<usize> = Vec::new();
     for (_, place) in needless {
         let own = &poles[order[place]];

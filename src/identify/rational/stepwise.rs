@@ -10,6 +10,7 @@ use super::line_compression::{CompressedProblem, Compressor};
 use super::local_fit::{LocalFit, fit_locally};
 use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
 use super::scan::{ScanPeak, scan};
+use crate::numeric::sorting::sort_falling;
 
 /// Options of the stepwise selection.
 #[derive(Debug, Clone, Copy)]
@@ -410,7 +411,7 @@ impl<'a> StepwiseSearch<'a> {
             }
             tries.push((placed.map_or(peak.gain, |p| p.gain), model));
         }
-        tries.sort_by(|a, b| b.0.total_cmp(&a.0));
+        sort_falling(&mut tries, |a| a.0);
         for (gain, model) in tries {
             let start = model.poles.last().copied()?;
             if gain < NEAR_THRESHOLD * self.threshold && self.options.fixed_pole_count.is_none() {

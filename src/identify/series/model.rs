@@ -7,6 +7,7 @@ use super::io_data::InputOutputData;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Complex, Matrix, eigen};
 
 /// Which polynomials a model has, and how long they are.
@@ -251,7 +252,7 @@ impl PolynomialModel {
                 (pole.norm(), shares)
             })
             .collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_rising(&mut all, |a| a.0);
         Ok(all.into_iter().map(|a| a.1).collect())
     }
 
@@ -383,7 +384,7 @@ fn modes_of(
             }
         })
         .collect();
-    modes.sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
+    sort_rising(&mut modes, |a| a.pole.norm());
     Ok(modes)
 }
 

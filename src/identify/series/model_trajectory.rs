@@ -10,6 +10,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::sorting::sort_rising;
 
 /// Instants at which the model is looked at, evenly over the record.
 pub const INSTANTS: usize = 200;
@@ -258,7 +259,7 @@ pub fn mode_tracks(instants: &[Vec<ModalParameters>], least: usize) -> Vec<ModeT
                 }
             }
         }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_rising(&mut pairs, |a| a.0);
         let mut track_of: Vec<Option<usize>> = vec![None; modes.len()];
         let mut taken = vec![false; all.len()];
         for (_, t, m) in pairs {

@@ -9,6 +9,7 @@
 use super::function::TransferFunction;
 use super::realisation::Realisation;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
 /// A moment below this share of the sum of its terms' magnitudes is rounding of terms that cancel.
@@ -55,7 +56,7 @@ impl TransferFunction {
         }
         let centre = self.map_centre();
         let mut inverse = self.mapped_zeros(centre)?;
-        inverse.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        sort_falling(&mut inverse, |a| a.norm());
         inverse.truncate(finite);
         let zeros = inverse
             .into_iter()

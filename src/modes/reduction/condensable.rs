@@ -7,6 +7,7 @@ use super::method::{ReducedModel, ReductionMethod, natural_frequencies};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::system_matrices::AnalysisContext;
+use crate::numeric::sorting::sort_falling;
 
 /// A coordinate that could be left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +90,7 @@ fn candidates(context: &AnalysisContext, f_max_hz: f64) -> Vec<CondensableCoordi
     let mut far: Vec<CondensableCoordinate> = all
         .filter(|c| c.fixed_frequency_hz > MIN_FREQUENCY_RATIO * f_max_hz)
         .collect();
-    far.sort_by(|a, b| b.fixed_frequency_hz.total_cmp(&a.fixed_frequency_hz));
+    sort_falling(&mut far, |a| a.fixed_frequency_hz);
     far
 }
 

@@ -11,6 +11,7 @@ use super::methods::periodic::fundamental::{FundamentalSolutions, freeze_states,
 use super::methods::periodic::grid::PeriodGrid;
 use super::methods::periodic::run::without_wave_pieces;
 use super::taylor::TimeVaryingModel;
+use crate::numeric::sorting::sort_falling;
 
 pub mod multiplier_collision;
 
@@ -209,7 +210,7 @@ impl Monodromy {
         let rest = others(&apart);
         let block = |at: &[usize]| Matrix::from_fn(at.len(), at.len(), |i, j| phi[(at[i], at[j])]);
         let mut elastic = eigen::eigenvalues(&block(&rest))?;
-        elastic.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        sort_falling(&mut elastic, |a| a.norm());
         let mut values = vec![Complex::new(1.0, 0.0); self.rigid];
         if apart.len() > self.rigid {
             values.extend(eigen::eigenvalues(&block(&apart[self.rigid..]))?);

@@ -18,6 +18,7 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement};
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::methods::periodic::scale::closed_jacobian;
 use crate::numeric::eigen::{GeneralEigen, eigen};
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// Oscillatory modes of a machine with its mean stiffness.
@@ -70,7 +71,7 @@ impl OscillatoryModes {
             .filter(|(_, value)| value.im > RIGID_TOLERANCE * fastest)
             .map(|(at, value)| (value, at))
             .collect();
-        swinging.sort_by(|a, b| a.0.im.total_cmp(&b.0.im));
+        sort_rising(&mut swinging, |a| a.0.im);
         Ok(OscillatoryModes { swinging, all })
     }
 

@@ -7,6 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ElementState};
 use crate::motion::methods::periodic::run::{PeriodicRun, RunSegment};
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, eigen, small_dense};
 
 /// An orbit.
@@ -197,7 +198,7 @@ impl ReturnMap {
         let n = self.end.len();
         let slope = Matrix::from_fn(n, n, |i, j| self.jacobian[i * n + j]);
         let mut multipliers = eigen::eigenvalues(&slope)?;
-        multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        sort_falling(&mut multipliers, |a| a.norm());
         Ok(PeriodicOrbit {
             start,
             periods,

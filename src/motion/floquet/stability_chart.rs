@@ -11,6 +11,7 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use crate::motion::methods::periodic::fundamental::period_grid;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::wave::WavePhase;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::{Matrix, parallel, symmetric};
 
 /// An interval of unstable speeds, by the frequency the whole machine repeats with, rad/s.
@@ -132,7 +133,7 @@ fn split_tongues(
 }
 
 fn sort_by_speed(rows: &mut [GrowthSample]) {
-    rows.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+    sort_rising(rows, |a| a.factor);
 }
 
 /// The tongue around unstable speeds from `first` to `last`.

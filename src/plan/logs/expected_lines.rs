@@ -9,6 +9,7 @@ use crate::machine::kinematics::mean_speeds;
 use crate::modes::excitation_orders::{
     ExcitationCause, ExcitationSource, OrderOptions, excitation_orders, reference_dof,
 };
+use crate::numeric::sorting::sort_rising;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::Axis;
 use crate::spectrum::line_labels::{ExpectedLine, HarmonicFamily, RollingBearing};
@@ -134,7 +135,7 @@ fn remove_aliases(all: Vec<(ExpectedLine, usize)>) -> Vec<ExpectedLine> {
     /// Relative rounding of sums and multiples of one speed.
     const ROUNDING: f64 = 1e-9;
     let mut all = all;
-    all.sort_by(|a, b| a.0.position.total_cmp(&b.0.position));
+    sort_rising(&mut all, |a| a.0.position);
     let alike = |a: &(ExpectedLine, usize), b: &(ExpectedLine, usize)| {
         (b.0.position - a.0.position).abs() <= ROUNDING * b.0.position
     };

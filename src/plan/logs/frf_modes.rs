@@ -21,6 +21,7 @@ use crate::identify::modal::{lsce, rfp, sdof};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::integrate::MotionQuantity;
@@ -132,7 +133,7 @@ fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
         of(b).total_cmp(&of(a))
     });
     modes.truncate(order);
-    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    sort_rising(modes, |a| a.frequency_hz());
 }
 
 /// Root of the sum of squares over the responses, each by its own largest value.
@@ -248,7 +249,7 @@ fn circle_fits(
         level: (lines.to_vec(), level),
         below: Vec::new(),
     };
-    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    sort_rising(&mut modes, |a| a.frequency_hz());
     (modes, rule, Evidence::Peaks(peaks))
 }
 
@@ -279,7 +280,7 @@ fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -
 fn separate_peaks(level: &[f64]) -> Vec<(usize, (usize, usize))> {
     let curve: Vec<Complex> = level.iter().map(|&l| Complex::new(l, 0.0)).collect();
     let mut by_height = sdof::pick_peaks(&curve, MIN_PEAK_SHARE);
-    by_height.sort_by(|&a, &b| level[b].total_cmp(&level[a]));
+    sort_falling(&mut by_height, |&a| level[a]);
     let mut found: Vec<(usize, (usize, usize))> = Vec::new();
     for peak in by_height {
         if found.iter().any(|(_, (a, b))| (*a..=*b).contains(&peak)) {

@@ -13,6 +13,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::series::model::PolynomialModel;
 use crate::identify::series::model_trajectory::{INSTANTS, ModeTrack, mode_tracks, track_model};
+use crate::numeric::sorting::sort_rising;
 
 /// Share of the instants at which a mode is found, at least.
 const MIN_TRACK_SHARE: f64 = 0.05;
@@ -93,7 +94,7 @@ pub fn identify_tracking(
         .filter(|(at, _)| *at == last)
         .map(|(_, mode)| IdentifiedMode::from(mode.clone()))
         .collect();
-    at_end.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    sort_rising(&mut at_end, |a| a.frequency_hz());
     let rule = format!(
         "{} with a memory of {}, {}; looked at {INSTANTS} times; {}; joined where it moves by less than 5 % or three standard \
          deviations, and shown where it lasts for {:.0} % of the record",

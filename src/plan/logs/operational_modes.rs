@@ -25,6 +25,7 @@ use crate::identify::operational::sines::take_out_constant;
 use crate::identify::operational::ssi;
 use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::spectrum::tones::Tone;
 
 /// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
@@ -137,11 +138,11 @@ pub fn identify_operational(
         .map(of_tone)
         .chain(poles)
         .collect();
-    (found.harmonics).sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    sort_rising(&mut found.harmonics, |a| a.frequency_hz);
     label_mains(&mut found.harmonics, &evenly, orders.line_hz);
     if let Some(order) = study.order {
         let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
-        found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
+        sort_falling(&mut found.modes, of);
         found.modes.truncate(order);
         let by_frequency =
             |a: &IdentifiedMode, b: &IdentifiedMode| a.frequency_hz().total_cmp(&b.frequency_hz());

@@ -11,6 +11,7 @@ use super::{fault_free, frequency_spectra, order_spectra, sample_blocks};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::numeric::parabola::log_vertex;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::statistics::normal_quantile;
 use crate::recording::channel_unit::{self, MeasuredQuantity};
 use crate::recording::signals::{Channel, Recording};
@@ -291,7 +292,7 @@ fn build_result(
             line.value = value(line.position, line.value, 2.0);
         }
         lines.retain(|line| line.amplitude > 0.0);
-        lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        sort_falling(&mut lines, |a| a.amplitude);
         // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
         let known = match across {
             AbscissaKind::Order => 2.0 * spacing,

@@ -6,6 +6,7 @@ use super::spectrum_study::{
 };
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_falling;
 use crate::recording::channel_names;
 use crate::recording::frequency_responses;
 use crate::recording::preprocess::unknown_channel;
@@ -128,7 +129,7 @@ fn channel_spectrum(
         line.value = shown(line.value);
         line.amplitude = line.value;
     }
-    found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    sort_falling(&mut found, |a| a.amplitude);
     let spacing = match held.frequency_hz[..] {
         [first, second, ..] => second - first,
         _ => 0.0,

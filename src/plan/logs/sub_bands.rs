@@ -10,6 +10,7 @@ use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::measured_frf::MeasuredFrf;
 use crate::identify::modal::plscf::{PlscfOptions, plscf as poles};
 use crate::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
+use crate::numeric::sorting::sort_rising;
 
 /// Lines of half a part: thirty for each coefficient of the highest order in a whole one.
 const HALF_BAND_LINES: usize = 1200;
@@ -107,7 +108,7 @@ pub fn plscf_by_sub_band(
             }
         }
     }
-    modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
+    sort_rising(&mut modes, |a| a.mode.pole.norm());
     Ok((all, modes))
 }
 

@@ -8,6 +8,7 @@ use crate::identify::modal::selection::SelectionRule;
 use crate::identify::modal::stabilisation::{PoleStability, StabilisationPole};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::Z_95;
 
 /// A frequency or a decay rate less certain than this share of the half-power half-bandwidth makes a mode weak.
@@ -126,7 +127,7 @@ pub fn split_weak(
     for mode in &mut all {
         mode.weak = reason(mode);
     }
-    all.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    sort_rising(&mut all, |a| a.frequency_hz());
     all.into_iter().partition(|m| is_joined || m.weak.is_none())
 }
 
@@ -148,7 +149,7 @@ pub fn columns(
     let mut stable: Vec<&StabilisationPole> = (poles.iter())
         .filter(|p| p.stability == PoleStability::Stable)
         .collect();
-    stable.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    sort_rising(&mut stable, |a| a.frequency_hz);
     let next = |a: &&StabilisationPole, b: &&StabilisationPole| {
         b.frequency_hz - a.frequency_hz < COLUMN_TOLERANCE * b.frequency_hz
     };

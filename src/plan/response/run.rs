@@ -10,6 +10,7 @@ use crate::base::quantity::format_duration;
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
 use crate::numeric::Complex;
+use crate::numeric::sorting::sort_rising;
 use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::modes_run::run as run_modes;
 use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
@@ -281,7 +282,7 @@ fn half_power_widths(pairs: &[ResponseCurve]) -> Vec<(f64, f64)> {
     };
     let mut all: Vec<(f64, f64)> = all.map(|p| (p.omega, width(p))).collect();
     // Peaks of several responses at one mode have one circle.
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_rising(&mut all, |a| a.0);
     all.dedup_by(|a, b| (a.0 - b.0).abs() < 0.1 * b.1);
     all
 }

@@ -9,6 +9,7 @@ use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
 use crate::motion::problem::OdeProblem;
 use crate::numeric::expm::expm;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, eigen};
 
 /// Steps a period is divided into.
@@ -72,7 +73,7 @@ pub fn multipliers(
             values.remove(nearest);
         }
     }
-    values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+    sort_falling(&mut values, |a| a.norm());
     Ok(values)
 }
 

@@ -6,6 +6,7 @@ use super::angle_curve::AngleCurve;
 use super::level_crossings::{LevelCrossing, StateLevels, level_crossings};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 use crate::spectrum::validation::{check_count, check_positive, check_samples};
 
 /// Readings of a counter that begins again at zero after `modulus − 1`, made to go on; each step the shorter way round.
@@ -78,7 +79,7 @@ pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Erro
     let (a, b) = (track(a)?, track(b)?);
     let mut all: Vec<(LevelCrossing, bool)> = a.iter().map(|&e| (e, true)).collect();
     all.extend(b.iter().map(|&e| (e, false)));
-    all.sort_by(|x, y| x.0.time_s.total_cmp(&y.0.time_s));
+    sort_rising(&mut all, |x| x.0.time_s);
     // before its first edge a track is on the other side of it
     let before = |edges: &[LevelCrossing]| edges.first().is_some_and(|e| !e.rising);
     let (mut high_a, mut high_b) = (before(&a), before(&b));

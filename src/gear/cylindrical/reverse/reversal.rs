@@ -6,6 +6,7 @@ use super::readings::GearReadings;
 use super::standard_sizes::{PRESSURE_ANGLES, ToothSize};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 
 /// Candidates, best first, and pairs of them that the readings leave open.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +53,7 @@ impl GearReadings {
             let nearest = nearest.map(|(_, deviation, candidate)| (deviation, candidate));
             return Err(self.no_candidate(nearest));
         }
-        candidates.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        sort_rising(&mut candidates, |a| a.misfit);
         let confusions = self.confusions(&candidates);
         Ok(Reversal {
             candidates,

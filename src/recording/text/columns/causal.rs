@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::numeric::Complex;
 use crate::numeric::fft::{ComplexFft, prev_fast_len};
+use crate::numeric::sorting::sort_rising;
 
 /// Lines that tell a response from chance: the shares of noise lie at 0.5 ± 0.04.
 const MIN_LINES: usize = 128;
@@ -94,7 +95,7 @@ pub(super) fn column_pair(one: &[f64], two: &[f64]) -> ColumnPair {
             (before < MAX_BEFORE).then_some((before, at_once, form))
         })
         .collect();
-    likely.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_rising(&mut likely, |a| a.0);
     let is_few = one.len() < MIN_LINES;
     match likely[..] {
         [(before, at_once, form), ref others @ ..] if at_once < MAX_AT_ONCE => {
