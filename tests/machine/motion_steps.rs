@@ -421,8 +421,6 @@ fn ref_mazzia_stiff_problems() {
             .fold(0.0, f64::max);
         eprintln!("{name}: {time:.1?}, {stats:?}");
         within(&format!("{name} by radau5"), error, 1e-8);
-        #[cfg(feature = "bdf")]
-        by_bdf(name, problem, &options, &expected);
     }
 }
 
@@ -460,93 +458,6 @@ fn by_explicit(name: &str, problem: &Stiff, options: &IntegrationOptions, expect
             Ok((_, stats)) => panic!("{name} by {method} within the budget: {stats:?}"),
         }
     }
-}
-
-/// The same by backward differentiation formulas; errors relative to each state, at least a thousandth of the largest.
-#[cfg(feature = "bdf")]
-fn by_bdf(name: &str, problem: &Stiff, options: &IntegrationOptions, expected: &[f64]) {
-    let options = IntegrationOptions {
-        step_size: StepSize::Adaptive(1e-9),
-        ..options.clone()
-    };
-    let (samples, stats) = gather(
-        geardyn::internals::motion::methods::bdf::integrate_ode,
-        problem,
-        &options,
-    )
-    .unwrap();
-    let least = 1e-3 * expected.iter().fold(0.0f64, |m, e| m.max(e.abs()));
-    let state = samples[1].1.iter().zip(expected);
-    let error = state
-        .map(|(y, e)| (y - e).abs() / e.abs().max(least))
-        .fold(0.0, f64::max);
-    eprintln!("{name} by bdf: {error:.2e}, {stats:?}");
-    assert!(error < 1e-6, "{name}: {error}");
-}
-
-/// A forced machine against its closed form, ever closer as the tolerance is.
-#[cfg(feature = "bdf")]
-#[test]
-fn exact_machine_by_bdf() {
-    let machine = train(
-        &[1.0],
-        vec![ground(0, 1.0, 0.0)],
-        vec![drive(0, Signal::harmonic(1.0, 3.0, 0.0))],
-    );
-    let mut last = 1.0;
-    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let options = ask(20.0, &[1.0, 0.0], 100, StepSize::Adaptive(tolerance));
-        let (samples, stats) = run("bdf", &machine, &options);
-        let error = samples
-            .iter()
-            .map(|(t, y)| (y[0] - forced_exact(*t)).abs())
-            .fold(0.0, f64::max);
-        eprintln!("bdf {tolerance}: {error:.2e}, {stats:?}");
-        assert!(error < 0.3 * last && error < 1e3 * tolerance, "{error}");
-        last = error;
-    }
-}
-
-/// Slope of the line through points by least squares.
-#[cfg(feature = "bdf")]
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let (mut rise, mut run) = (0.0, 0.0);
-    for p in points {
-        rise += (p.0 - x) * (p.1 - y);
-        run += (p.0 - x) * (p.0 - x);
-    }
-    rise / run
-}
-
-/// The order varies up to five, so what holds is: errors in proportion to the tolerance (with errors per step held, its power k/(k + 1),
-/// ½ of order 1 and 5/6 of order 5), and, once tolerances are tight, errors that fall with the fifth power of the number of steps.
-#[cfg(feature = "bdf")]
-#[test]
-fn law_order_of_bdf() {
-    let runs: Vec<[f64; 3]> = (3..=11)
-        .map(|digits| {
-            let tolerance = 10f64.powi(-digits);
-            let options = ask(20.0, &[1.0, 0.0], 200, StepSize::Adaptive(tolerance));
-            let (samples, stats) = run("bdf", &cubic(), &options);
-            let error = samples
-                .iter()
-                .map(|(t, y)| (y[0] - t.cos()).hypot(y[1] + t.sin()))
-                .fold(0.0, f64::max);
-            eprintln!("bdf {tolerance:e}: {error:.2e}, {stats:?}");
-            [tolerance.ln(), error.ln(), (stats.steps as f64).ln()]
-        })
-        .collect();
-    let over = |x: usize, y: usize, from: usize| {
-        let points: Vec<(f64, f64)> = runs[from..].iter().map(|r| (r[x], r[y])).collect();
-        slope(&points)
-    };
-    let (errors, order) = (over(0, 1, 0), -over(2, 1, 4));
-    eprintln!("error by tolerance^{errors:.2}, by steps^-{order:.2}");
-    assert!((errors - 5.0 / 6.0).abs() < 0.15, "{errors}");
-    assert!((order - 5.0).abs() < 0.7, "{order}");
 }
 
 /// Modelica's example of a motor, a gear, a spring and a load.

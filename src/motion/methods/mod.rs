@@ -24,9 +24,6 @@ pub mod explicit_runge_kutta;
 
 pub mod periodic;
 
-#[cfg(feature = "bdf")]
-pub mod bdf;
-
 /// A method for machines in motion.
 pub struct IntegrationMethod {
     /// The word for it in commands and files.
@@ -81,9 +78,6 @@ pub enum MethodFamily {
     Explicit,
     /// Collocation at Radau's points.
     Collocation,
-    /// Multistep formulas.
-    #[cfg(feature = "bdf")]
-    Multistep,
     /// Newmark's formulas for position and speed.
     Newmark,
 }
@@ -169,18 +163,6 @@ pub const METHODS: &[IntegrationMethod] = &[
         locates_events: false,
         unsupported_reason: algebraic::why_inertia_needed,
         run: explicit_runge_kutta::rk4,
-    },
-    #[cfg(feature = "bdf")]
-    IntegrationMethod {
-        name: "bdf",
-        title: "backward differentiation formulas of order 1 to 5 of diffsol, for stiff machines",
-        step_control: StepControl::Adaptive,
-        order: None,
-        family: MethodFamily::Multistep,
-        bound: None,
-        locates_events: false,
-        unsupported_reason: algebraic::why_inertia_needed,
-        run: bdf::integrate_model,
     },
     IntegrationMethod {
         name: "generalized-alpha-controlled",

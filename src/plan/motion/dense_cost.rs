@@ -32,8 +32,6 @@ impl DenseCost {
             MethodFamily::Propagation => ("all modes", 2e-8, 300.0),
             MethodFamily::Collocation => ("the first factors", 5e-10, 90.0),
             MethodFamily::Newmark => ("the first factors", 3e-10, 50.0),
-            #[cfg(feature = "bdf")]
-            MethodFamily::Multistep => ("the first factors", 5e-10, 90.0),
             MethodFamily::Explicit => return None,
         };
         let n = coordinates as f64;
