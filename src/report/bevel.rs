@@ -14,7 +14,7 @@ use super::presentation::{Presentation, Provenance};
 use super::surface_view::ease_off_view;
 use super::table::{Table, decimal, or_dash};
 use super::view::View;
-use super::{bevel_mesh, bevel_mesh_plot, bevel_plot, bevel_stability};
+use super::{bevel_flank_plot, bevel_mesh, bevel_mesh_plot, bevel_plot, bevel_stability};
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::SIDES;
 use crate::plan::gear::bevel::{BevelResult, hand_name};
@@ -137,6 +137,8 @@ impl Presentation for BevelReport<'_> {
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let title = &self.file.title;
         let mut all = vec![Figure::first(bevel_plot::draw_blanks(title, self.file))];
+        let flanks = bevel_flank_plot::draw_flanks(title, &self.result.members);
+        all.extend(flanks.map(|drawn| Figure::new("flanks", drawn)));
         if let Some(contact) = &self.result.contact {
             all.push(Figure::new("te", bevel_plot::te(title, contact)));
             all.push(Figure::new(
@@ -182,8 +184,9 @@ impl Presentation for BevelReport<'_> {
 }
 
 /// Suffixes of the figures.
-pub const FIGURES: [&str; 11] = [
+pub const FIGURES: [&str; 12] = [
     "",
+    "flanks",
     "te",
     "pattern",
     "ease-off",

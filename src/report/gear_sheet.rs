@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::figure::{Axis, Figure, Plot, PlotColumn};
+use super::figure::{Axis, Figure, PlotColumn, PointLabel};
 use super::gear::{geometry_json, member_table, title_lines};
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
@@ -107,8 +107,12 @@ fn shown(table: &SheetTable) -> Table<'static> {
 pub(super) fn drawn(title: &str, plot: &SheetPlot) -> PlotColumn {
     let [x, y] = plot.axes.map(Axis::linear);
     let mut figure = PlotColumn::of_lines(title, (x, y), plot.curves.iter().cloned());
-    for Plot { equal_scales, .. } in &mut figure.plots {
-        *equal_scales = plot.equal_scales;
+    for drawn in &mut figure.plots {
+        drawn.equal_scales = plot.equal_scales;
+        let labels = plot.labels.iter().cloned();
+        drawn.labels = labels
+            .map(|([x, y], text)| PointLabel { x, y, text })
+            .collect();
     }
     figure
 }

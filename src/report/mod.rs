@@ -156,6 +156,8 @@ pub mod flank_file;
 
 mod bevel_plot;
 
+mod bevel_flank_plot;
+
 mod bevel_mesh_plot;
 
 mod pair_view;

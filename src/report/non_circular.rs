@@ -13,9 +13,10 @@ use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::gear::plane::centrodes::Member;
+use crate::gear::plane::conjugate_flank::ConjugateFlank;
+use crate::gear::plane::given_profiles::GivenContact;
 use crate::numeric::Complex;
-use crate::plan::gear::given_profiles::GivenContact;
-use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
+use crate::plan::gear::non_circular::NonCircularResult;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::non_circular_file::{NonCircularFile, RatioKind};
 

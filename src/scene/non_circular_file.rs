@@ -18,6 +18,7 @@ use crate::base::tables::{read_file, read_heading, read_table};
 use crate::base::toml;
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::plane::centrodes::Mate;
+use crate::gear::plane::conjugate_flank::ConjugateRoute;
 use crate::gear::plane::pitch_curve::PitchCurve;
 use crate::gear::plane::profile::Shape;
 use crate::gear::plane::rack_cutter::RackCutter;
@@ -120,17 +121,6 @@ pub enum GearProfile {
     Conjugate(ConjugateRoute),
     /// A given curve of the gear's frame, which is parallel to the pinion's at φ₁ = 0: the pair is checked by the law of gearing.
     Given(Shape),
-}
-
-/// Routes to a conjugate profile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ConjugateRoute {
-    /// Willis' law: the normal passes through the pitch point.
-    Normals,
-    /// The kernel's equation of meshing.
-    Envelope,
-    /// Points of the path of contact, integrated.
-    LineOfAction,
 }
 
 impl Word for ConjugateRoute {

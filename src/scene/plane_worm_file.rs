@@ -13,6 +13,7 @@ use crate::base::table_reader::TableReader;
 use crate::base::tables::{read_file, read_heading, read_table};
 use crate::base::toml::{self, Value};
 use crate::gear::helicoid::plane_worm::PlaneWorm;
+use crate::gear::helicoid::plane_worm_zone::PlaneWormZone;
 
 /// The word of `worm.type`.
 pub const PLANE_ENVELOPING: &str = "plane-enveloping";
@@ -40,6 +41,19 @@ pub struct PlaneWormFile {
     pub span: SourceSpan,
     /// The file.
     pub source: Arc<SourceFile>,
+}
+
+impl PlaneWormFile {
+    /// The zone where worm and wheel can touch.
+    pub fn zone(&self) -> PlaneWormZone {
+        let [worm_tip_radius, wheel_tip_radius] = self.tip_diameters.map(|d| 0.5 * d);
+        PlaneWormZone {
+            length: self.length,
+            face_width: self.face_width,
+            worm_tip_radius,
+            wheel_tip_radius,
+        }
+    }
 }
 
 /// Whether a file of a worm pair describes one.

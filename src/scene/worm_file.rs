@@ -13,6 +13,7 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::tables::{read_file, read_heading, read_table};
 use crate::gear::helicoid::worm_thread::{FlankType, WormThread};
+use crate::gear::helicoid::worm_zone::WormZone;
 
 /// A worm and its wheel as their file describes them.
 #[derive(Debug, Clone)]
@@ -48,6 +49,17 @@ impl WormFile {
     pub fn centre_distance(&self) -> f64 {
         let half = 0.5 * f64::from(self.teeth) + self.profile_shift;
         self.thread.reference_radius() + self.thread.module * half
+    }
+
+    /// The zone where worm and wheel can touch.
+    pub fn zone(&self) -> WormZone {
+        let [worm_tip, throat] = self.tip_diameters.map(|d| 0.5 * d);
+        WormZone {
+            radii: [self.centre_distance() - throat, worm_tip],
+            length: self.length,
+            face_width: self.face_width,
+            outer_radius: 0.5 * self.outer_diameter,
+        }
     }
 }
 

@@ -1,9 +1,14 @@
 //! Blanks by ISO 23509: worked examples of its Annex F, mating of both blanks; slots by AGMA 929, virtual cylindrical gears by ISO 10300.
 
+use geardyn::internals::gear::bevel::edge_radii::VirtualToe;
 use geardyn::internals::gear::bevel::face_hob::ConeRule;
 use geardyn::internals::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use geardyn::internals::gear::bevel::slots::Slots;
 use geardyn::internals::gear::bevel::virtual_gears::VirtualGears;
+use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
+use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
+use geardyn::internals::gear::cylindrical::member::Member;
+use geardyn::internals::gear::cylindrical::outline::ToothOutline;
 use serde_json::Value;
 
 use crate::cases::{case, number};
@@ -217,7 +222,7 @@ fn ref_slots_of_spiral_bevel_pair() {
         check("W_m", k, found.widths[k][1]);
         check("W_e", k, found.widths[k][2]);
         check("W_B", k, found.blade_points[k]);
-        check("r_a0max", k, found.edge_radii[k]);
+        check("r_a0max", k, found.edge_radii.largest()[k]);
     }
     for j in 0..3 {
         check("s_n1", j, found.thicknesses[0][j]);
@@ -225,6 +230,45 @@ fn ref_slots_of_spiral_bevel_pair() {
         check("topland1_i_m_e", j, found.top_lands[0][j]);
         check("topland2_i_m_e", j, found.top_lands[1][j]);
     }
+}
+
+/// A blade with the largest edge radius without interference leaves a fillet that begins where the tip of the mate touches last: against
+/// outline and path of contact of cylindrical gears, of which the rack is the blade.
+#[test]
+fn law_edge_radius_without_interference() {
+    let (module, alpha) = (3e-3, 20f64.to_radians());
+    let mut worst = 0f64;
+    for teeth in [[24u32, 60], [31, 31], [40, 90]] {
+        let radii = teeth.map(|z| 0.5 * module * f64::from(z));
+        let toe = VirtualToe {
+            radii,
+            addenda: [module; 2],
+            dedenda: [1.25 * module; 2],
+            approach: [0.0; 2],
+        };
+        for k in 0..2 {
+            let rack = BasicRack {
+                dedendum: 1.25,
+                tip_radius: toe.edge_radius(k, alpha) / module,
+                ..BasicRack::PROFILE_A
+            };
+            let gear = InvoluteGear {
+                teeth: teeth[k],
+                module,
+                pressure_angle: alpha,
+                helix: 0.0,
+                profile_shift: 0.0,
+                internal: false,
+            };
+            let outline = ToothOutline::new(&Member::new(gear, rack, 0.02)).unwrap();
+            let mate_base = radii[1 - k] * alpha.cos();
+            let mate_roll = (radii[1 - k] + module).powi(2) - mate_base.powi(2);
+            let roll = (radii[0] + radii[1]) * alpha.sin() - mate_roll.sqrt();
+            let touched = f64::hypot(radii[k] * alpha.cos(), roll);
+            worst = worst.max((outline.form_radius - touched).abs());
+        }
+    }
+    within("form radius, m", worst, 1e-12);
 }
 
 /// Virtual cylindrical gears of the drive flanks of a spiral bevel pair of 14 and 39 teeth.

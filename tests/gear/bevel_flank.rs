@@ -4,6 +4,7 @@ use geardyn::internals::gear::bevel::blank::Blank;
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
+use geardyn::internals::gear::bevel::flank_lines::{ContactLines, FlankLimits};
 use geardyn::internals::gear::bevel::frames::CutterFrame;
 use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings, Roll};
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
@@ -240,16 +241,17 @@ fn law_starts_of_random_machines() {
     assert_eq!(right, 300);
 }
 
-/// A blade that reaches deeper into the pinion of c12 undercuts it: the limit crosses the section from end to end, and at each of its points
-/// the flank has an edge, where both its tangents are parallel.
+/// A blade that reaches deeper into the pinion of c12 undercuts it: the limit crosses the section from end to end, at each of its points the
+/// flank has an edge, where both its tangents are parallel, and the contact lines end there.
 #[test]
 fn law_undercut_of_a_pinion() {
     let case = case("c12_nasa_cr191009_flanks");
     let mut flank = nasa_flank(&case, "pinion_concave");
-    let middle = flank.middle().unwrap();
-    let [_, theta, _] = middle;
-    let domain = [[-0.5, 0.5], [theta - 0.5, theta + 0.5]];
-    assert!(flank.limits(Limit::Undercut, domain).is_empty());
+    let lines = |flank: &BevelFlank| {
+        let grid = FlankGrid::of(flank, 9, 15).unwrap();
+        (FlankLimits::of(flank, &grid, |_| true), grid)
+    };
+    assert_eq!(lines(&flank).0, FlankLimits::default());
     flank.envelope.surface.curve.range[0] = -0.2;
     for end in &mut flank.section.corners {
         let [root, tip] = *end;
@@ -259,11 +261,35 @@ fn law_undercut_of_a_pinion() {
         let [along, across] = flank.envelope.jet([x, theta]).unwrap().dr;
         along.cross(across).norm()
     };
-    let curves = flank.limits(Limit::Undercut, domain);
-    assert_eq!(curves.len(), 1);
-    assert!(curves[0].len() > 8);
-    for point in &curves[0] {
+    let middle = flank.middle().unwrap();
+    let (FlankLimits([undercut, second]), grid) = lines(&flank);
+    assert_eq!((undercut.len(), second.len()), (1, 0));
+    let [from, to] = [undercut[0][0], undercut[0][undercut[0].len() - 1]];
+    let ends = [from[0].min(to[0]), from[0].max(to[0])];
+    within(
+        "ends of the limit at toe and heel",
+        ends[0].max(1.0 - ends[1]),
+        1e-12,
+    );
+    for point in flank.limits(Limit::Undercut, grid.domain().unwrap())[0].iter() {
         assert!(area(point.at) < 1e-12 * area(middle), "{point:?}");
+    }
+    // Contact lines end at the limit: no point of theirs lies below it.
+    let limit_height = |face: f64| {
+        let pairs = undercut[0].windows(2);
+        let mut at = pairs.filter_map(|p| {
+            let share = (face - p[0][0]) / (p[1][0] - p[0][0]);
+            (0.0..=1.0)
+                .contains(&share)
+                .then(|| p[0][1] + share * (p[1][1] - p[0][1]))
+        });
+        at.next().unwrap()
+    };
+    let contact = ContactLines::of(&flank, &grid).unwrap();
+    let points: Vec<[f64; 2]> = contact.lines.concat();
+    assert!(points.len() > 200, "{}", points.len());
+    for [face, height] in points {
+        assert!(height > limit_height(face) - 2e-3, "{face} {height}");
     }
 }
 

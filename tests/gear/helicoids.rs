@@ -189,16 +189,12 @@ fn ref_transition_and_least_radius() {
     for row in expected["first_limit"].as_array().unwrap() {
         let steep = thread(ZK, 4.0, 6, 8.0);
         let radius = number(&row["R0"]);
-        let wheel = GrindingWheel {
-            axis: ToolAxis {
-                distance: radius + steep.reference_radius(),
-                angle: steep.lead_angle(),
-            },
-            radius,
-            height: number(&row["half_width"]),
-            profile_angle: steep.pressure_angle,
-            profile_radius: None,
+        let axis = ToolAxis {
+            distance: radius + steep.reference_radius(),
+            angle: steep.lead_angle(),
         };
+        let place = [radius, number(&row["half_width"])];
+        let wheel = GrindingWheel::new(axis, place, steep.pressure_angle, None);
         let limit = wheel
             .least_distance(steep.lead(), [radius, radius + 10.0])
             .unwrap();
@@ -261,7 +257,7 @@ fn ref_worm_contact() {
                 c.second_limit,
                 c.undercut,
                 c.relative_curvature,
-                c.lubrication_angle.to_degrees(),
+                c.lubrication_angle().to_degrees(),
                 c.sliding,
                 c.line_speeds[0],
                 c.line_speeds[1],

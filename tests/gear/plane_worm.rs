@@ -47,7 +47,7 @@ fn ref_plane_worm_contact() {
         place = place.max((first.second_limit - row[6]).abs());
         place = place.max((first.undercut - row[7]).abs());
         curvature = curvature.max((-first.relative_curvature - row[8]).abs());
-        angle = angle.max((first.lubrication_angle.to_degrees() - row[9]).abs());
+        angle = angle.max((first.lubrication_angle().to_degrees() - row[9]).abs());
         let second = pair.second_contact(turn, eta).unwrap();
         let delta = (second.wheel_turn - turn) / pair.ratio;
         angle = angle.max((delta.to_degrees() - row[10]).abs());
@@ -57,7 +57,7 @@ fn ref_plane_worm_contact() {
             place = place.max((found - want).abs());
         }
         curvature = curvature.max((second.relative_curvature - row[16]).abs());
-        angle = angle.max((second.lubrication_angle.to_degrees() - row[17]).abs());
+        angle = angle.max((second.lubrication_angle().to_degrees() - row[17]).abs());
         // The point of the second contact is found again from its own turn of the wheel.
         let again = pair.second_contacts(second.wheel_turn, eta);
         let nearest = again

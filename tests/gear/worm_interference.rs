@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use geardyn::internals::gear::helicoid::crossed_pair::{CrossedGear, CrossedPair};
 use geardyn::internals::gear::helicoid::plane_worm::{PlaneWorm, PlaneWormContact};
-use geardyn::internals::gear::helicoid::plane_worm_interference::GeneratingPlane;
-use geardyn::internals::gear::helicoid::worm_pair::{WormContact, WormPair, WormZone};
+use geardyn::internals::gear::helicoid::plane_worm_zone::PlaneWormZone;
+use geardyn::internals::gear::helicoid::worm_pair::{WormContact, WormPair};
 use geardyn::internals::gear::helicoid::worm_thread::{FlankType, WormThread};
+use geardyn::internals::gear::helicoid::worm_zone::WormZone;
 
 use geardyn::internals::gear::kernel::vector::Vector;
 
@@ -153,9 +154,11 @@ fn law_second_contacts_bound_the_worm() {
         base_radius: 40.0,
         plane_angle: 11f64.to_radians(),
     };
-    let plane = GeneratingPlane {
+    let zone = PlaneWormZone {
+        length: 100.0,
         face_width: 24.0,
-        tip_radius: 112.0,
+        worm_tip_radius: 30.0,
+        wheel_tip_radius: 112.0,
     };
     let on_tooth = |c: &PlaneWormContact| {
         let r = f64::hypot(c.in_wheel.x, c.in_wheel.z);
@@ -171,7 +174,7 @@ fn law_second_contacts_bound_the_worm() {
     assert!(points.len() > 8, "{}", points.len());
     let cut = |lift: f64, tolerance: f64| {
         let lifted = points.iter().map(|p| *p + normal * lift);
-        pair.interference(&plane, lifted, [0.2, 0.6], tolerance)
+        pair.interference(&zone, lifted, [0.2, 0.6], tolerance)
     };
     assert_eq!(cut(0.0, 1e-6), None);
     let depth = cut(0.01, 1e-6).unwrap().depth;

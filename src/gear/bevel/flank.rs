@@ -27,6 +27,9 @@ const TURN_WEIGHT: f64 = 0.3;
 /// Cells along cradle and cutter angle in which limits are traced.
 const LIMIT_CELLS: [usize; 2] = [24, 24];
 
+/// Steps from one place to another where one step fails.
+const SMALL_STEPS: u32 = 16;
+
 /// A point this far beyond the end of a blade or an edge, in lengths of it, is on it.
 const ON_BLADE: f64 = 1e-9;
 
@@ -48,6 +51,18 @@ pub struct ToothPoint {
     pub point: FlankPoint<WorkFrame>,
     /// The edge of the cutter makes it.
     pub in_fillet: bool,
+}
+
+impl ToothPoint {
+    /// Whether the point lies beyond the limit of undercut: `D > 0`, the tool would be within the metal there.
+    pub fn is_cut_away(&self) -> bool {
+        is_cut_away(&self.point)
+    }
+}
+
+/// See [`ToothPoint::is_cut_away`]; normals point out of the metal, so that the tool's curvature exceeds the flank's, `p²/D < 0`.
+pub fn is_cut_away(point: &FlankPoint<WorkFrame>) -> bool {
+    point.second_order.undercut > 0.0
 }
 
 impl BevelFlank {
@@ -90,15 +105,21 @@ impl BevelFlank {
         self.find(self.section.at(0.5, 0.5))
     }
 
-    /// Parameters `[s, θ, φ_c]` of the flank at `[z, radius]`, without hints.
+    /// Parameters `[s, θ, φ_c]` of the flank at `[z, radius]`, without hints; of several the part that no undercut removes.
     pub fn find(&self, place: [f64; 2]) -> Option<[f64; 3]> {
         let mut starts = self.scan(place);
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let [from, to] = self.envelope.surface.range();
         let on_blade = |at: &[f64; 3]| from <= at[0] && at[0] <= to && at[2].abs() <= CRADLE_RANGE;
         let tried = starts.iter().take(STARTS);
-        let mut found = tried.filter_map(|(_, start)| self.envelope.on_circle(place, *start));
-        found.find(on_blade)
+        let mut cut_away = None;
+        for at in tried.filter_map(|(_, start)| self.envelope.on_circle(place, *start)) {
+            if on_blade(&at) && !is_cut_away(&self.envelope.point(at)?) {
+                return Some(at);
+            }
+            cut_away = cut_away.or(Some(at).filter(on_blade));
+        }
+        cut_away
     }
 
     /// The flank's point at shares of face and height, from parameters near it.
@@ -138,17 +159,18 @@ impl BevelFlank {
         })
     }
 
-    /// Curves of a limit within the section, sought over the cradle and cutter angles `[x, θ]` of a domain.
+    /// Parameters at a place from those at another, in small steps between both; none where Newton's method fails at one.
+    pub fn follow(&self, (at, from): ([f64; 3], [f64; 2]), to: [f64; 2]) -> Option<[f64; 3]> {
+        (1..=SMALL_STEPS).try_fold(at, |at, k| {
+            let share = f64::from(k) / f64::from(SMALL_STEPS);
+            let place = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
+            self.envelope.on_circle(place, at)
+        })
+    }
+
+    /// Curves of a limit over the cradle and cutter angles `[x, θ]` of a domain.
     pub fn limits(&self, limit: Limit, domain: [[f64; 2]; 2]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
-        let mut curves = limit_curves(&self.envelope, limit, domain, LIMIT_CELLS);
-        for curve in &mut curves {
-            curve.retain(|p| {
-                let r = p.point.coordinates;
-                self.section.contains([r.z, f64::hypot(r.x, r.y)])
-            });
-        }
-        curves.retain(|curve| !curve.is_empty());
-        curves
+        limit_curves(&self.envelope, limit, domain, LIMIT_CELLS)
     }
 
     /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle.

@@ -19,10 +19,10 @@ pub struct FlankGrid {
 impl FlankGrid {
     /// The nodes of a flank at equal shares of height and face, both with their ends; none where no point of the flank is found.
     ///
-    /// Each node starts from the one before it, then from the middle.
+    /// Each node starts from the two before it, then from the middle, then in small steps from the one before: a slim pinion turns by radians
+    /// from node to node.
     pub fn of(flank: &BevelFlank, rows: usize, columns: usize) -> Option<FlankGrid> {
-        let middle = flank.middle()?;
-        let side = flank.envelope.point(middle)?.second_order.undercut.signum();
+        let middle = (flank.middle()?, flank.section.at(0.5, 0.5));
         let share = |i: usize, n: usize| match n {
             0 | 1 => 0.5,
             _ => i as f64 / (n - 1) as f64,
@@ -31,16 +31,21 @@ impl FlankGrid {
         let mut row_start = middle;
         for row in 0..rows {
             let mut near = row_start;
+            let mut before: Option<[f64; 3]> = None;
             for column in 0..columns {
                 let place = flank.section.at(share(column, columns), share(row, rows));
-                let node = flank
-                    .tooth_point(place, near)
-                    .or_else(|| flank.tooth_point(place, middle));
-                // Beyond the undercut limit D has the other sign: that part of the envelope is cut away.
-                let node =
-                    node.filter(|n| n.in_fillet || n.point.second_order.undercut.signum() == side);
+                let ahead = |b: [f64; 3]| [0, 1, 2].map(|k| 2.0 * near.0[k] - b[k]);
+                let node = (flank.tooth_point(place, before.map_or(near.0, ahead)))
+                    .or_else(|| flank.tooth_point(place, middle.0))
+                    .or_else(|| flank.tooth_point(place, flank.follow(near, place)?));
+                let node = node.filter(|n| n.in_fillet || !n.is_cut_away());
+                before = None;
                 if let Some(node) = node.as_ref().filter(|n| !n.in_fillet) {
-                    near = node.point.at;
+                    let neighbour: Option<ToothPoint> = nodes.last().copied().flatten();
+                    before = neighbour
+                        .filter(|n| column > 0 && !n.in_fillet)
+                        .map(|n| n.point.at);
+                    near = (node.point.at, place);
                     if column == 0 {
                         row_start = near;
                     }
@@ -55,20 +60,26 @@ impl FlankGrid {
         })
     }
 
-    /// Cradle and cutter angles `[x, θ]` of the nodes on the flank, widened by their own range each way: limits that cross the section lie
-    /// there. None where no node is on the flank.
-    pub fn domain(&self) -> Option<[[f64; 2]; 2]> {
+    /// Cradle and cutter angles `[x, θ]` of the nodes on the flank, rad; none where no node is on it.
+    pub fn ranges(&self) -> Option<[[f64; 2]; 2]> {
         let on_flank = || self.nodes.iter().flatten().filter(|n| !n.in_fillet);
         let range = |k: usize| {
             let none = [f64::INFINITY, f64::NEG_INFINITY];
-            let [low, high] = on_flank()
+            on_flank()
                 .map(|n| n.point.at[k])
-                .fold(none, |[low, high], x| [low.min(x), high.max(x)]);
-            let room = (high - low).max(LEAST_DOMAIN);
-            [low - room, high + room]
+                .fold(none, |[low, high], x| [low.min(x), high.max(x)])
         };
         on_flank().next()?;
         Some([range(2), range(1)])
+    }
+
+    /// [`FlankGrid::ranges`] widened by themselves each way: limits that cross the section lie there.
+    pub fn domain(&self) -> Option<[[f64; 2]; 2]> {
+        let widened = |[low, high]: [f64; 2]| {
+            let room = (high - low).max(LEAST_DOMAIN);
+            [low - room, high + room]
+        };
+        Some(self.ranges()?.map(widened))
     }
 
     /// Shares of face and height of the missing node nearest the tip; none where all above the root are there. The blade's tip meets the root

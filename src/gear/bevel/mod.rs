@@ -22,6 +22,8 @@ pub mod flank_theory;
 
 pub mod iso23509;
 
+pub mod edge_radii;
+
 pub mod slots;
 
 pub mod virtual_gears;
@@ -31,6 +33,8 @@ pub mod flank;
 pub mod straight;
 
 pub mod flank_grid;
+
+pub mod flank_lines;
 
 pub mod structure_elements;
 

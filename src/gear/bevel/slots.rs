@@ -1,10 +1,11 @@
-//! Slots between the teeth of a pair of blanks: slot widths, thicknesses, top lands from toe to heel, points and edge radii of blades.
+//! Slots between the teeth of a pair of blanks: slot widths, thicknesses, top lands from toe to heel, points of blades.
 //!
 //! AGMA 929-B22, Clause 4, both members generated, the wheel by spread blades; numbers in brackets are its equations. The minus sign of
 //! (177) is that of its worked example.
 
 use std::f64::consts::PI;
 
+use super::edge_radii::EdgeRadii;
 use super::iso23509::{BlankPair, cone_distance_on_wheel, milled_spiral_angle};
 use crate::gear::cylindrical::involute::inv;
 
@@ -19,15 +20,12 @@ pub struct Slots {
     pub top_lands: [[f64; 3]; 2],
     /// Points of finishing blades that cut both flanks of a slot, m.
     pub blade_points: [f64; 2],
-    /// Largest edge radii that these points carry, m.
-    pub edge_radii: [f64; 2],
+    /// Largest edge radii of these blades.
+    pub edge_radii: EdgeRadii,
 }
 
 /// A finishing blade overlaps the middle of the slot by this length (94), (95), m.
 const OVERLAP: f64 = 0.025e-3;
-/// Least flat of a blade's point between its edge radii (144)–(147), m.
-const FLAT: f64 = 0.2e-3;
-
 /// Quantities that the places along the face share.
 struct Pair<'a> {
     pair: &'a BlankPair,
@@ -70,20 +68,15 @@ impl Slots {
                 top_land(radius, addendum, thicknesses[k][j], pair.pressure_angles)
             })
         });
-        let blade_points =
-            widths.map(|w| 0.5 * w.into_iter().fold(f64::INFINITY, f64::min) + OVERLAP);
-        let steepest = pair
-            .pressure_angles
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
-        let edge_radii =
-            blade_points.map(|w| ((w - FLAT) / (1.0 / steepest.cos() - steepest.tan())).max(0.0));
+        let least = widths.map(|w| w.into_iter().fold(f64::INFINITY, f64::min));
+        let blade_points = least.map(|w| 0.5 * w + OVERLAP);
+        let toe_dedenda = [0, 1].map(|k| of.dedendum(k, ends[k][0]));
         Slots {
             widths,
             thicknesses,
             top_lands,
             blade_points,
-            edge_radii,
+            edge_radii: EdgeRadii::of(pair, toe_dedenda, least, blade_points),
         }
     }
 }

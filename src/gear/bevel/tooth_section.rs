@@ -81,12 +81,36 @@ impl ToothSection {
         })
     }
 
-    /// Whether `[z, radius]` lies in the section.
-    pub fn contains(&self, [z, radius]: [f64; 2]) -> bool {
-        let [[a, d], [b, c]] = self.corners;
-        let turn =
-            |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]) * (radius - p[1]) - (q[1] - p[1]) * (z - p[0]);
-        let turns = [turn(a, b), turn(b, c), turn(c, d), turn(d, a)];
-        turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
+    /// The runs of a line of places `[z, radius]` within the section, as shares; between a place inside and one outside the end on the side
+    /// is interpolated.
+    pub fn runs(&self, line: impl IntoIterator<Item = [f64; 2]>) -> Vec<Vec<[f64; 2]>> {
+        let is_inside = |p: &[f64; 2]| p.iter().all(|x| (0.0..=1.0).contains(x));
+        let end = |inside: [f64; 2], outside: [f64; 2]| {
+            let reach = |k: usize| {
+                let side = f64::from(u8::from(outside[k] > 1.0));
+                match (0.0..=1.0).contains(&outside[k]) {
+                    true => 1.0,
+                    false => (side - inside[k]) / (outside[k] - inside[k]),
+                }
+            };
+            let share = reach(0).min(reach(1));
+            [0, 1].map(|k| inside[k] + share * (outside[k] - inside[k]))
+        };
+        let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
+        let mut before: Option<[f64; 2]> = None;
+        for place in line {
+            let here = self.shares(place);
+            match (before, here) {
+                (Some(b), Some(h)) if is_inside(&b) => {
+                    let next = if is_inside(&h) { h } else { end(b, h) };
+                    runs.last_mut().into_iter().for_each(|run| run.push(next));
+                }
+                (Some(b), Some(h)) if is_inside(&h) => runs.push(vec![end(h, b), h]),
+                (None, Some(h)) if is_inside(&h) => runs.push(vec![h]),
+                _ => {}
+            }
+            before = here;
+        }
+        runs
     }
 }

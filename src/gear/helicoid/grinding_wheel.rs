@@ -20,14 +20,15 @@ pub struct ToolAxis {
 pub struct GrindingWheel {
     /// Place of its axis.
     pub axis: ToolAxis,
+    tilted: TiltedAxis,
     /// Radius R₀ at which the profile has its height and slope.
-    pub radius: f64,
-    /// Height ζ at R₀, half the width of the wheel.
-    pub height: f64,
-    /// Angle of the profile at R₀, `tan = −dζ/dR`, rad.
-    pub profile_angle: f64,
+    radius: f64,
+    /// Height ζ at R₀.
+    height: f64,
+    /// Sine, cosine and tangent of the profile's angle at R₀.
+    profile: [f64; 3],
     /// Radius of a convex profile; none for a straight one.
-    pub profile_radius: Option<f64>,
+    profile_radius: Option<f64>,
 }
 
 /// A point of a wheel's profile.
@@ -57,7 +58,7 @@ pub struct GroundPoint {
 }
 
 /// The axis with sine and cosine of its angle, for many points of one tool.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct TiltedAxis {
     distance: f64,
     sine: f64,
@@ -153,9 +154,28 @@ impl ToolAxis {
 }
 
 impl GrindingWheel {
+    /// A wheel with half its width ζ and the angle of its profile, `tan = −dζ/dR`, at a radius; `profile_radius` is that of a convex profile,
+    /// none of a straight one.
+    pub fn new(
+        axis: ToolAxis,
+        [radius, height]: [f64; 2],
+        profile_angle: f64,
+        profile_radius: Option<f64>,
+    ) -> GrindingWheel {
+        let (sine, cosine) = profile_angle.sin_cos();
+        GrindingWheel {
+            tilted: axis.tilted(),
+            axis,
+            radius,
+            height,
+            profile: [sine, cosine, sine / cosine],
+            profile_radius,
+        }
+    }
+
     /// The profile at a radius of the wheel; none beyond a circular profile.
     pub fn wheel_profile(&self, radius: f64) -> Option<WheelPoint> {
-        let tangent = self.profile_angle.tan();
+        let [sine, cosine, tangent] = self.profile;
         let Some(arc) = self.profile_radius else {
             return Some(WheelPoint {
                 radius,
@@ -164,7 +184,6 @@ impl GrindingWheel {
                 curvature: 0.0,
             });
         };
-        let (sine, cosine) = self.profile_angle.sin_cos();
         let along = (radius - self.radius) / arc + sine;
         let across = (1.0 - along * along).sqrt();
         (across > 0.0).then(|| WheelPoint {
@@ -177,7 +196,7 @@ impl GrindingWheel {
 
     /// The helicoid's point that the wheel circle of a radius grinds; none where it never touches.
     pub fn ground(&self, lead: f64, radius: f64) -> Option<GroundPoint> {
-        let axis = self.axis.tilted();
+        let axis = self.tilted;
         let WheelPoint {
             height: zeta,
             slope: t,
@@ -197,13 +216,14 @@ impl GrindingWheel {
         let dr = axis.turned(1.0, -t, turn) + swept(radius);
         let dn = axis.turned(dt, 0.0, turn) + swept(t);
         let distance = (r.x * r.x + r.y * r.y).sqrt();
-        let d_distance = (r.x * dr.x + r.y * dr.y) / distance;
+        let (inverse, inverse_z) = (1.0 / distance, 1.0 / n.z);
+        let d_distance = (r.x * dr.x + r.y * dr.y) * inverse;
         // g′ = −N·e_ρ/N_z.
-        let outward = (n.x * r.x + n.y * r.y) / distance;
-        let d_outward = (dn.x * r.x + dn.y * r.y + n.x * dr.x + n.y * dr.y) / distance
-            - outward * d_distance / distance;
-        let slope = -outward / n.z;
-        let d_slope = -(d_outward + slope * dn.z) / n.z;
+        let outward = (n.x * r.x + n.y * r.y) * inverse;
+        let along = dn.x * r.x + dn.y * r.y + n.x * dr.x + n.y * dr.y;
+        let d_outward = (along - outward * d_distance) * inverse;
+        let slope = -outward * inverse_z;
+        let d_slope = -(d_outward + slope * dn.z) * inverse_z;
         Some(GroundPoint {
             radius: distance,
             radius_slope: d_distance,

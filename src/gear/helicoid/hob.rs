@@ -44,6 +44,15 @@ pub struct HobbedPoint {
     pub gear_azimuth: f64,
 }
 
+impl HobbedPoint {
+    /// Distance from an involute along the line of action, with a constant; none within the base circle.
+    pub fn off_involute(&self, base_radius: f64) -> Option<f64> {
+        let alpha = (base_radius / self.gear_radius).acos();
+        let off = base_radius * (self.gear_azimuth - (alpha.tan() - alpha));
+        off.is_finite().then_some(off)
+    }
+}
+
 /// Second derivatives of the gap between hob and gear over feed s and roll φ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedMarks {

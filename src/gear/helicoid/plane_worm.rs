@@ -42,10 +42,27 @@ pub struct PlaneWormContact {
     pub undercut: f64,
     /// Curvature of the wheel less that of the worm across the line of contact: below zero where they touch from outside.
     pub relative_curvature: f64,
-    /// Angle of the line of contact to the sliding velocity, rad.
-    pub lubrication_angle: f64,
+    /// Sine of the angle of the line of contact to the sliding velocity.
+    pub lubrication_sine: f64,
     /// Sliding velocity.
     pub sliding: f64,
+}
+
+impl PlaneWormContact {
+    /// Angle of the line of contact to the sliding velocity, rad.
+    pub fn lubrication_angle(&self) -> f64 {
+        self.lubrication_sine.min(1.0).asin()
+    }
+
+    /// Distance from the worm's axis.
+    pub fn worm_radius(&self) -> f64 {
+        f64::hypot(self.point.x, self.point.y)
+    }
+
+    /// Distance from the wheel's axis.
+    pub fn wheel_radius(&self) -> f64 {
+        f64::hypot(self.in_wheel.x, self.in_wheel.z)
+    }
 }
 
 /// A point of the worm with what the second contact needs of the first.
@@ -178,7 +195,7 @@ impl PlaneWorm {
             second_limit: touch.second_limit,
             undercut: touch.undercut,
             relative_curvature: -touch.induced(),
-            lubrication_angle: touch.lubrication_angle,
+            lubrication_sine: touch.lubrication_sine,
             sliding: touch.sliding,
         };
         let [p1, p2] = touch.p;
@@ -223,7 +240,7 @@ impl PlaneWorm {
                 true => touch.induced(),
                 false => 0.0,
             },
-            lubrication_angle: touch.lubrication_angle,
+            lubrication_sine: touch.lubrication_sine,
             sliding: touch.sliding,
         })
     }
@@ -234,7 +251,7 @@ struct Touch {
     p: [f64; 2],
     second_limit: f64,
     undercut: f64,
-    lubrication_angle: f64,
+    lubrication_sine: f64,
     sliding: f64,
 }
 
@@ -250,21 +267,21 @@ impl Touch {
         let relative = own.plus(-1.0, work);
         let v = relative.at(point);
         let turned = normal.cross(relative.w);
-        let p = generator
-            .tangents
-            .map(|e| turned.dot(e) - generator.between(e, v));
-        let in_tangents = generator.in_tangents(v);
-        let across = p[0] * in_tangents[0] + p[1] * in_tangents[1];
+        let [v1, v2] = generator.in_tangents(v);
+        let [t1, t2] = generator.in_tangents(turned);
+        let [w11, w12, w22] = generator.components;
+        let p = [t1 - w11 * v1 - w12 * v2, t2 - w12 * v1 - w22 * v2];
+        let across = p[0] * v1 + p[1] * v2;
         // f = n·(v_own − v_work) at a point carried by the generator.
         let rate = own.w.cross(work.at(point)) - work.w.cross(own.at(point));
         let second_limit = normal.dot(rate);
         let (length, sliding) = (f64::hypot(p[0], p[1]), v.norm());
         let share = across.abs() / (length * sliding);
-        (length > 0.0 && share.is_finite()).then(|| Touch {
+        (length > 0.0 && share.is_finite()).then_some(Touch {
             p,
             second_limit,
             undercut: across - second_limit,
-            lubrication_angle: share.min(1.0).asin(),
+            lubrication_sine: share,
             sliding,
         })
     }

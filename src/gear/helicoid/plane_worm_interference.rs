@@ -4,17 +4,9 @@
 //! `φ₂*` of the wheel. Depth is the least of these heights.
 
 use super::plane_worm::PlaneWorm;
+use super::plane_worm_zone::PlaneWormZone;
 use crate::gear::kernel::root::greatest;
 use crate::gear::kernel::vector::Vector;
-
-/// The part of the plane that generates the worm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GeneratingPlane {
-    /// Face width of the wheel.
-    pub face_width: f64,
-    /// Tip radius of the wheel.
-    pub tip_radius: f64,
-}
 
 /// A point of the wheel's tooth that the worm cuts away.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,13 +28,13 @@ impl PlaneWorm {
     /// The point of the wheel that lies deepest in the worm, between two turns of the wheel; none where all depths are below `tolerance`.
     pub fn interference(
         &self,
-        plane: &GeneratingPlane,
+        zone: &PlaneWormZone,
         points: impl IntoIterator<Item = Vector>,
         turns: [f64; 2],
         tolerance: f64,
     ) -> Option<ToothInterference> {
         let found = points.into_iter().filter_map(|in_wheel| {
-            let depth = |turn: f64| self.depth_in_worm(plane, in_wheel, turn);
+            let depth = |turn: f64| self.depth_in_worm(zone, in_wheel, turn);
             let [wheel_turn, depth] = greatest(turns, TURNS, depth)?;
             (depth > tolerance).then_some(ToothInterference {
                 in_wheel,
@@ -57,7 +49,7 @@ impl PlaneWorm {
     /// none where the plane never passes the point.
     pub fn depth_in_worm(
         &self,
-        plane: &GeneratingPlane,
+        zone: &PlaneWormZone,
         in_wheel: Vector,
         wheel_turn: f64,
     ) -> Option<f64> {
@@ -67,9 +59,9 @@ impl PlaneWorm {
             let (sin, cos) = ((turn - wheel_turn) / self.ratio).sin_cos();
             let turned = Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
             let at = self.in_wheel(turned, turn);
-            let on_plane = at.y.abs() <= 0.5 * plane.face_width
+            let on_plane = at.y.abs() <= 0.5 * zone.face_width
                 && at.x > 0.0
-                && f64::hypot(at.x, at.z) <= plane.tip_radius;
+                && f64::hypot(at.x, at.z) <= zone.wheel_tip_radius;
             on_plane.then_some(at.y * sb - (at.z - self.base_radius) * cb)
         };
         let half_turn = self.ratio * std::f64::consts::PI;

@@ -3,7 +3,8 @@
 //! A point of the wheel's flank lies on the worm's flank at its own turn. At another turn φ it has the height `z − g(ρ) − p (ψ − φ)` over
 //! the flank; where that lies in the thread the worm cuts the point away.
 
-use super::worm_pair::{WormContact, WormPair, WormZone};
+use super::worm_pair::{WormContact, WormPair};
+use super::worm_zone::WormZone;
 use crate::gear::kernel::root::greatest;
 
 /// A point of the wheel's flank that the worm cuts away.

@@ -39,8 +39,6 @@ pub struct WormContact {
     pub undercut: f64,
     /// Curvature of the wheel less that of the worm across the line of contact.
     pub relative_curvature: f64,
-    /// Angle of the line of contact to the sliding velocity, rad.
-    pub lubrication_angle: f64,
     /// Sliding velocity.
     pub sliding: f64,
     /// Sliding velocity across the line of contact.
@@ -50,6 +48,11 @@ pub struct WormContact {
 }
 
 impl WormContact {
+    /// Angle of the line of contact to the sliding velocity, rad.
+    pub fn lubrication_angle(&self) -> f64 {
+        (self.sliding_across.abs() / self.sliding).min(1.0).asin()
+    }
+
     /// Distance from the wheel's axis.
     pub fn wheel_radius(&self) -> f64 {
         f64::hypot(self.in_wheel.x, self.in_wheel.z)
@@ -88,23 +91,22 @@ impl WormPair {
         let f_radius =
             -z * (at.curvature * cosine + steep / radius * sine) + normal * slope - cosine;
         let (v_radius, v_azimuth) = (i * z * cosine, 1.0 - i * z * sine / radius);
-        let scale = i / (1.0 + slope * slope + steep * steep).sqrt();
+        // Of the normal N² and of the metric ρ² N².
+        let inverse = 1.0 / (1.0 + slope * slope + steep * steep);
+        let scale = i * inverse.sqrt();
         let second_limit = scale * f_turn;
         let across = f_radius * v_radius + f_azimuth * v_azimuth;
         let undercut = scale * (across - f_turn);
         // Metric of the helicoid: r_ρ = e_ρ + g′ k, r_χ = ρ e_χ + p k.
         let metric = [1.0 + slope * slope, slope * p, radius * radius + p * p];
-        let determinant = metric[0] * metric[2] - metric[1] * metric[1];
-        let length = |a: f64, b: f64| {
-            (metric[0] * a * a + 2.0 * metric[1] * a * b + metric[2] * b * b).sqrt()
-        };
-        let gradient = scale
-            * ((metric[2] * f_radius * f_radius - 2.0 * metric[1] * f_radius * f_azimuth
-                + metric[0] * f_azimuth * f_azimuth)
-                / determinant)
-                .sqrt();
-        let sliding = length(v_radius, v_azimuth);
-        let sliding_across = scale * across / gradient;
+        let square = metric[2] * f_radius * f_radius - 2.0 * metric[1] * f_radius * f_azimuth
+            + metric[0] * f_azimuth * f_azimuth;
+        let gradient = i * inverse / radius * square.sqrt();
+        let over_gradient = 1.0 / gradient;
+        let sliding = (metric[0] * v_radius * v_radius
+            + 2.0 * metric[1] * v_radius * v_azimuth
+            + metric[2] * v_azimuth * v_azimuth)
+            .sqrt();
         let (s, c) = (-i * turn).sin_cos();
         let x = radius * cosine - self.centre_distance;
         Some(WormContact {
@@ -116,10 +118,9 @@ impl WormPair {
             second_limit,
             undercut,
             relative_curvature: gradient * gradient / undercut,
-            lubrication_angle: (sliding_across.abs() / sliding).min(1.0).asin(),
             sliding,
-            sliding_across,
-            line_speeds: [-second_limit / gradient, undercut / gradient],
+            sliding_across: scale * across * over_gradient,
+            line_speeds: [-second_limit * over_gradient, undercut * over_gradient],
         })
     }
 
@@ -188,85 +189,4 @@ impl WormPair {
 pub(super) fn half_turn_tangent(point: Vector, normal: Vector) -> f64 {
     let moment = point.cross(normal);
     moment.x / moment.y
-}
-
-/// The part of space where a worm and its wheel can touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WormZone {
-    /// Least and greatest radius of the worm: tip of the wheel's throat, tip of the worm.
-    pub radii: [f64; 2],
-    /// Length of the worm.
-    pub length: f64,
-    /// Face width of the wheel.
-    pub face_width: f64,
-    /// Outer radius of the wheel.
-    pub outer_radius: f64,
-}
-
-/// A line of contact.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactLine {
-    /// Turn of the worm, rad.
-    pub worm_turn: f64,
-    /// Points, in the order of the azimuth.
-    pub points: Vec<WormContact>,
-}
-
-impl WormZone {
-    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature is negative.
-    pub fn holds(&self, contact: &WormContact) -> bool {
-        self.reaches(contact) && contact.relative_curvature < 0.0
-    }
-
-    /// Whether a place lies in the zone, on whichever side of a limit.
-    pub fn reaches(&self, contact: &WormContact) -> bool {
-        contact.axial.abs() <= 0.5 * self.length
-            && contact.in_wheel.y.abs() <= 0.5 * self.face_width
-            && (self.radii[0]..=self.radii[1]).contains(&contact.radius)
-            && contact.wheel_radius() <= self.outer_radius
-    }
-
-    /// Radius at a share of the height.
-    fn radius(&self, share: f64) -> f64 {
-        self.radii[0] + share * (self.radii[1] - self.radii[0])
-    }
-
-    /// First and last turn of the worm at which a flank touches in the zone, rad; none where it never touches.
-    ///
-    /// The field is sampled at 60 radii and 240 azimuths.
-    pub fn turns(&self, pair: &WormPair) -> Option<[f64; 2]> {
-        const RADII: usize = 60;
-        const AZIMUTHS: usize = 240;
-        let mut turns: Option<[f64; 2]> = None;
-        for j in 0..=RADII {
-            let radius = self.radius(j as f64 / RADII as f64);
-            let widest = (0.5 * self.face_width / radius).min(1.0).asin();
-            for k in 0..=AZIMUTHS {
-                let azimuth = widest * (2.0 * k as f64 / AZIMUTHS as f64 - 1.0);
-                let contact = pair.contact(radius, azimuth).filter(|c| self.holds(c));
-                let Some(turn) = contact.map(|c| c.worm_turn) else {
-                    continue;
-                };
-                let [first, last] = turns.unwrap_or([turn; 2]);
-                turns = Some([first.min(turn), last.max(turn)]);
-            }
-        }
-        turns
-    }
-
-    /// Lines of contact of one tooth at turns of the worm, each at `rows` radii.
-    pub fn line(&self, pair: &WormPair, worm_turn: f64, rows: usize) -> ContactLine {
-        let mut points: Vec<WormContact> = (0..=rows)
-            .map(|j| self.radius(j as f64 / rows as f64))
-            .flat_map(|radius| {
-                let azimuths = pair.line(worm_turn, radius);
-                azimuths
-                    .into_iter()
-                    .filter_map(move |azimuth| pair.contact(radius, azimuth))
-            })
-            .filter(|contact| self.holds(contact))
-            .collect();
-        points.sort_by(|a, b| a.azimuth.total_cmp(&b.azimuth));
-        ContactLine { worm_turn, points }
-    }
 }

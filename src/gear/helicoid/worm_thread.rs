@@ -125,15 +125,13 @@ impl WormThread {
     /// The wheel at the lead angle whose flank passes the reference point.
     fn wheel(&self, wheel_radius: f64, profile_radius: Option<f64>) -> Option<GrindingWheel> {
         let r = self.reference_radius();
-        let wheel = |height: f64| GrindingWheel {
-            axis: ToolAxis {
-                distance: wheel_radius + r,
-                angle: self.lead_angle(),
-            },
-            radius: wheel_radius,
-            height,
-            profile_angle: self.pressure_angle,
-            profile_radius,
+        let axis = ToolAxis {
+            distance: wheel_radius + r,
+            angle: self.lead_angle(),
+        };
+        let wheel = |height: f64| {
+            let place = [wheel_radius, height];
+            GrindingWheel::new(axis, place, self.pressure_angle, profile_radius)
         };
         let middle = FRAC_PI_4 * self.module;
         let lead = self.lead();

@@ -12,6 +12,9 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::quadrature::CumulativeIntegral;
 
+/// Steps of a period or of the range in which extremes are sought.
+const POSITIONS: usize = 360;
+
 /// Kind of the mate of gear 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mate {
@@ -160,6 +163,20 @@ impl Centrodes {
     /// Angles of gear 1 of one period, or of the whole range, rad.
     pub fn period(&self) -> [f64; 2] {
         [self.0.first, self.0.last]
+    }
+
+    /// Least and greatest of a value over angles of gear 1 of one period, or of the whole range, at 361 of them.
+    pub fn extremes(&self, value: impl Fn(f64) -> Option<f64>) -> [f64; 2] {
+        let values = self.angles().filter_map(value);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    }
+
+    /// Angles of gear 1 over one period, or over the whole range, at equal steps with both ends, rad.
+    pub fn angles(&self) -> impl Iterator<Item = f64> + use<> {
+        let [first, last] = self.period();
+        (0..=POSITIONS).map(move |i| first + (last - first) * i as f64 / POSITIONS as f64)
     }
 
     /// Arc length (m) of a body's whole centrode.

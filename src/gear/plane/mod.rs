@@ -34,6 +34,10 @@ pub mod second_contact;
 
 pub mod law_of_gearing;
 
+pub mod conjugate_flank;
+
+pub mod given_profiles;
+
 pub mod rack_cutter;
 
 pub mod rack_flank;
@@ -41,3 +45,5 @@ pub mod rack_flank;
 mod tooth_space;
 
 pub mod rack_cut;
+
+pub mod rack_remedy;

@@ -7,9 +7,15 @@ use super::pitch_curve::{degrees, millimetres, out_of_range};
 use super::rack_cutter::RackCutter;
 use super::rolling::{Centrode, Rolling};
 use super::tooth_space::{ToothSpace, lost};
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::kernel::root::sign_change;
 use crate::numeric::Complex;
+
+/// Steps of each part of an outline of a pair: chords lie within 1e-4 modules of the curves of the shipped pair, 16 steps leave 2.6e-4.
+const OUTLINE_STEPS: usize = 32;
+/// Pitches of both gears that differ by less, relative, are one: rounding of the arcs.
+const SAME_PITCH: f64 = 1e-9;
 
 /// Part of an outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,6 +156,31 @@ pub fn cut_outline(
         }
     }
     Ok(outline)
+}
+
+/// Cuts both gears of a pair with a rack; the gear's first space lies half a pitch on, so that they mesh at φ₁ = 0.
+///
+/// # Errors
+/// `Conflict` for tooth numbers of different pitches; else those of [`cut_outline`].
+pub fn cut_pair(
+    pair: &Centrodes,
+    teeth: [u32; 2],
+    cutter: &RackCutter,
+) -> Result<[Outline; 2], Error> {
+    let closed = |member| pair.closed_arc(member);
+    let arcs = [closed(Member::First)?, closed(Member::Second)?];
+    let [pitch, of_gear] = [0, 1].map(|k| arcs[k] / f64::from(teeth[k]));
+    if (pitch / of_gear - 1.0).abs() > SAME_PITCH {
+        let [z1, z2] = teeth;
+        let message = format!("{z1} and {z2} teeth have different pitches on these centrodes");
+        let hint = format!("the gear takes {:.4} teeth", arcs[1] / pitch);
+        return Err(Error::new(Code::Conflict, message).with_hint(hint));
+    }
+    let cut = |member, z, start| cut_outline(pair, member, z, cutter, OUTLINE_STEPS, start);
+    Ok([
+        cut(Member::First, teeth[0], 0.0)?,
+        cut(Member::Second, teeth[1], 0.5 * pitch)?,
+    ])
 }
 
 /// Largest addendum (m) at which the tooth behind a space has a tip land.

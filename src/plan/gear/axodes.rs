@@ -60,6 +60,7 @@ pub fn picture(axes: &CrossedAxes, range: [f64; 2]) -> Option<SheetPlot> {
         axes: ["oblique view, across [mm]", "oblique view, up [mm]"],
         equal_scales: true,
         curves,
+        labels: Vec::new(),
     })
 }
 

@@ -2,9 +2,7 @@
 
 use super::bevel_member::{FlankResult, MemberResult};
 use crate::base::error::Diagnostic;
-use crate::gear::bevel::flank::ToothPoint;
 use crate::gear::bevel::tooth::{SIDES, TopLand};
-use crate::gear::kernel::limits::Limit;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::{BevelFile, BevelMember};
 
@@ -28,70 +26,32 @@ pub(super) fn limits(of: &BevelMember, result: &MemberResult, member: usize) -> 
     let flanks = result.flanks.iter().enumerate();
     let mut all: Vec<BevelLimit> = flanks
         .filter_map(|(side, flank)| Some((side, flank.as_ref()?)))
-        .flat_map(|(side, flank)| flank_limits(of, flank, member, side))
+        .flat_map(|(side, flank)| flank_limits(flank, member, side))
         .collect();
     all.extend(result.top_land.and_then(|land| pointed(of, land, member)));
     all
 }
 
-/// Limits of both kinds on a flank.
-fn flank_limits(on: &BevelMember, of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit> {
-    let Some(domain) = of.grid.domain() else {
-        return Vec::new();
-    };
-    if of.flank.envelope.motion.is_fixed() {
-        return Vec::new();
-    }
+/// Limits of both kinds on a flank; where neither is found and nodes are missing, the place the cutter does not reach.
+fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit> {
     let section = &of.flank.section;
-    let highest = |limit: Limit| {
-        let curves = of.flank.limits(limit, domain);
-        let cut = curves.iter().flatten().filter(|p| {
-            let root_angle = on.blank.root_angle;
-            on.straight
-                .is_none_or(|s| s.is_cut_above_root(p, root_angle))
-        });
-        let places = cut.filter_map(|p| {
-            let r = p.point.coordinates;
-            section.shares([r.z, f64::hypot(r.x, r.y)])
-        });
-        places.max_by(|a, b| a[1].total_cmp(&b[1]))
-    };
-    // Curves are traced only where the nodes show that one crosses the flank.
-    let nodes: Vec<&ToothPoint> = of.grid.nodes.iter().flatten().collect();
-    let is_whole = nodes.len() == of.grid.nodes.len();
-    let on_flank = nodes.iter().filter(|n| !n.in_fillet);
-    let signs = on_flank.map(|n| n.point.second_order.second_limit < 0.0);
-    let first_sign = signs.clone().next();
-    let is_crossed = [
-        !is_whole,
-        !is_whole || signs.clone().any(|s| Some(s) != first_sign),
-    ];
-    let kinds = [("undercut", Limit::Undercut), ("second", Limit::Second)];
-    let mut found: Vec<BevelLimit> = (kinds.into_iter().zip(is_crossed))
-        .filter(|(_, crossed)| *crossed)
-        .filter_map(|((kind, limit), _)| {
-            let at = highest(limit)?;
-            let [root, here] = [section.at(at[0], 0.0), section.at(at[0], at[1])];
-            Some(BevelLimit {
-                kind,
-                member,
-                side: Some(side),
-                at,
-                depth: f64::hypot(here[0] - root[0], here[1] - root[1]),
-            })
-        })
-        .collect();
-    if found.is_empty()
-        && let Some(at) = of.grid.highest_missing()
-    {
+    let limit = |(kind, at): (&'static str, [f64; 2])| {
         let [root, here] = [section.at(at[0], 0.0), section.at(at[0], at[1])];
-        found.push(BevelLimit {
-            kind: "unreached",
+        BevelLimit {
+            kind,
             member,
             side: Some(side),
             at,
             depth: f64::hypot(here[0] - root[0], here[1] - root[1]),
-        });
+        }
+    };
+    let kinds = ["undercut", "second"].into_iter().enumerate();
+    let mut found: Vec<BevelLimit> = kinds
+        .filter_map(|(k, kind)| Some((kind, of.limits.highest(k)?)))
+        .map(limit)
+        .collect();
+    if found.is_empty() && !of.flank.envelope.motion.is_fixed() {
+        found.extend(of.grid.highest_missing().map(|at| limit(("unreached", at))));
     }
     found
 }
@@ -120,16 +80,30 @@ pub(super) fn warning(file: &BevelFile, limit: &BevelLimit) -> Diagnostic {
     });
     let at = format!("{:.0} % of the face from the toe", 100.0 * limit.at[0]);
     let depth = 1e3 * limit.depth;
+    let member = &file.members[limit.member];
+    let cut = limit.side.and_then(|side| member.flanks[side]);
+    let (fillet, remedy) = match (member.straight, cut) {
+        (Some(_), _) => (
+            ": the fillet of straight teeth is not computed",
+            "take a smaller dedendum, or more teeth, for a flank down to the root",
+        ),
+        (None, Some(cut)) if cut.cutter.edge_radius == 0.0 => (
+            ": the fillet that a sharp edge leaves is not computed",
+            "give the cutter an edge_radius",
+        ),
+        _ => (
+            ": neither blade nor edge of the cutter touches below",
+            "check the settings, or take a larger edge_radius",
+        ),
+    };
     let (message, hint) = match limit.kind {
         "undercut" => (
             format!("the {flank}{name} is undercut up to {depth:.3} mm above the root at {at}"),
             "take a smaller dedendum, a larger blade angle or another ratio of roll",
         ),
         "unreached" => (
-            format!(
-                "the cutter does not reach the {flank}{name} {depth:.3} mm above the root at {at}"
-            ),
-            "check the settings: rough ones suit pitch angles above 9°",
+            format!("the {flank}{name} ends {depth:.3} mm above the root at {at}{fillet}"),
+            remedy,
         ),
         "second" => (
             format!(
@@ -139,7 +113,7 @@ pub(super) fn warning(file: &BevelFile, limit: &BevelLimit) -> Diagnostic {
         ),
         _ => (
             format!("the teeth of the {name} are pointed {depth:.3} mm below the tip at {at}"),
-            match file.members[limit.member].thickness {
+            match member.thickness {
                 Some(_) => "take a smaller face angle or a larger mean_normal_thickness",
                 None => "take a smaller face angle or a smaller point width of the cutter",
             },

@@ -4,8 +4,11 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::flank_grid::FlankGrid;
+use crate::gear::bevel::flank_lines::FlankLimits;
+use crate::gear::bevel::frames::WorkFrame;
 use crate::gear::bevel::structure_elements::StructureElements;
 use crate::gear::bevel::tooth::{BevelTooth, SIDES, TopLand};
+use crate::gear::kernel::envelope::FlankPoint;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::{BevelFile, BevelMember};
 
@@ -30,6 +33,8 @@ pub struct FlankResult {
     pub flank: BevelFlank,
     /// Nodes over the blank.
     pub grid: FlankGrid,
+    /// Limits that cross it.
+    pub limits: FlankLimits,
     /// Structure elements at the mean point.
     pub elements: Option<StructureElements>,
     /// Principal curvatures at the mean point, 1/m.
@@ -55,7 +60,12 @@ pub(super) fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> 
             .and_then(|near| flank.tooth_point(of.blank.mean_point(), near))
             .map(|found| found.point);
         let curvatures = mean.and_then(|p| p.second_order.envelope());
+        let root_angle = of.blank.root_angle;
+        let is_cut = |p: &FlankPoint<WorkFrame>| {
+            (of.straight).is_none_or(|s| s.is_cut_above_root(p, root_angle))
+        };
         Ok(Some(FlankResult {
+            limits: FlankLimits::of(&flank, &grid, is_cut),
             elements: mean.as_ref().and_then(StructureElements::of),
             curvatures: curvatures.map(|w| w.principal().map(|(k, _)| k)),
             grid,

@@ -174,7 +174,23 @@ fn ends(design: &BlankPair, all: &mut Quantities) {
         &slots.top_lands,
     );
     all.each("blade point", "W_B", Millimetre, slots.blade_points);
-    all.each("largest edge radius", "r_a0", Millimetre, slots.edge_radii);
+    let radii = &slots.edge_radii;
+    for (name, symbol, values) in [
+        (
+            "edge radius without interference",
+            "r_a01",
+            radii.without_interference,
+        ),
+        ("edge radius on the blade point", "r_a02", radii.carried),
+        (
+            "edge radius without mutilation",
+            "r_a03",
+            radii.without_mutilation,
+        ),
+        ("largest edge radius", "r_a0", radii.largest()),
+    ] {
+        all.each(name, symbol, Millimetre, values);
+    }
 }
 
 /// Contact ratios of the virtual cylindrical gears; of pairs without offset.

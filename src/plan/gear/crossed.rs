@@ -78,6 +78,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
             ("long".into(), column(0), column(6)),
             ("short".into(), column(0), column(7)),
         ],
+        labels: Vec::new(),
     }];
     let reach = pair.gears[1].radius;
     plots.extend(axodes::picture(&axes(pair), [-reach, reach]));

@@ -26,14 +26,14 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
     let exact = file.hobbing(&file.involute_hob).ok_or_else(fails)?;
     let reference = 0.5 * file.hob_diameter;
     let pitch = hobbing.point(reference).ok_or_else(fails)?;
-    let involute = Involute::of(file);
+    let base_radius = 0.5 * file.gear.base_diameter();
     let module = file.gear.module;
     let radii =
         (0..=ROWS).map(|k| reference + module * (2.0 * f64::from(k) / f64::from(ROWS) - 1.0));
     let rows: Vec<[f64; 7]> = radii
         .filter_map(|radius| {
             let point = hobbing.point(radius)?;
-            let relief = involute.off(&point)? - involute.off(&pitch)?;
+            let relief = point.off_involute(base_radius)? - pitch.off_involute(base_radius)?;
             let heights = [hobbing.thread_height(radius)?, exact.thread_height(radius)?];
             let height = file
                 .feed
@@ -70,6 +70,7 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
         ],
         equal_scales: false,
         curves: vec![(String::new(), column(1), column(0))],
+        labels: Vec::new(),
     }];
     if file.feed.is_some() {
         plots.push(SheetPlot {
@@ -77,6 +78,7 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
             axes: ["height of the feed marks [µm]", "radius of the gear [mm]"],
             equal_scales: false,
             curves: vec![(String::new(), column(6), column(0))],
+            labels: Vec::new(),
         });
     }
     Ok(GearSheet {
@@ -96,26 +98,6 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
 
 /// Suffixes of the figures.
 pub const FIGURES: [&str; 2] = ["", "feed-marks"];
-
-/// The involute of the gear.
-struct Involute {
-    base_radius: f64,
-}
-
-impl Involute {
-    fn of(file: &HobFile) -> Involute {
-        Involute {
-            base_radius: 0.5 * file.gear.base_diameter(),
-        }
-    }
-
-    /// Distance of a point from an involute along the line of action, with a constant; none within the base circle.
-    fn off(&self, point: &HobbedPoint) -> Option<f64> {
-        let alpha = (self.base_radius / point.gear_radius).acos();
-        let off = self.base_radius * (point.gear_azimuth - (alpha.tan() - alpha));
-        off.is_finite().then_some(off)
-    }
-}
 
 fn quantities(file: &HobFile, hobbing: &Hobbing, pitch: &HobbedPoint) -> Quantities {
     use QuantityUnit::{Degree, Millimetre, One};

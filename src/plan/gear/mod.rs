@@ -12,9 +12,6 @@ pub mod run;
 /// Reversal of readings and its stages.
 pub mod reversal;
 
-/// A given pair of profiles checked by the law of gearing.
-pub mod given_profiles;
-
 /// Centrodes, flanks and outlines of a pair of varying ratio.
 pub mod non_circular;
 

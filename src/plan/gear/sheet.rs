@@ -63,8 +63,10 @@ pub struct SheetPlot {
     pub axes: [&'static str; 2],
     /// A unit has the same length on both axes.
     pub equal_scales: bool,
-    /// Curves: name, abscissae, ordinates.
+    /// Curves: name, abscissae, ordinates; a value that is not finite interrupts a curve.
     pub curves: Vec<(String, Vec<f64>, Vec<f64>)>,
+    /// Named places.
+    pub labels: Vec<([f64; 2], String)>,
 }
 
 /// Collects the columns of a table row by row.

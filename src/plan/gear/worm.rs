@@ -8,17 +8,14 @@ use super::sheet::{GearSheet, SheetPlot, table};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::helicoid::axial_profile::Helicoid;
-use crate::gear::helicoid::worm_pair::{ContactLine, WormContact, WormPair, WormZone};
+use crate::gear::helicoid::worm_pair::{WormContact, WormPair};
 use crate::gear::helicoid::worm_thread::FlankType;
+use crate::gear::helicoid::worm_zone::{ContactLine, WormZone};
 use crate::plan::decision::StageDecision;
 use crate::scene::worm_file::WormFile;
 
 /// Lines of contact in a pitch.
 const LINES: u32 = 4;
-/// Radii of a line of contact.
-const ROWS: usize = 40;
-/// Azimuths and radii of a limit curve.
-const LIMIT_POINTS: usize = 48;
 /// Steps of the profile shift in the search for a wheel without undercut.
 const SHIFT_STEP: f64 = 0.05;
 /// Every so many points of a line are tried for interference.
@@ -34,8 +31,12 @@ const LARGEST_SHIFT: f64 = 2.0;
 /// Flanks that do not reach the zone of contact; a worm and a wheel that never touch.
 pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     let located = |error: Error| error.with_span(&file.span);
-    let flank = flank(file).map_err(located)?;
-    let (pair, zone) = placed(file, flank, file.profile_shift);
+    let pair = WormPair {
+        worm: flank(file).map_err(located)?,
+        ratio: f64::from(file.thread.starts) / f64::from(file.teeth),
+        centre_distance: file.centre_distance(),
+    };
+    let zone = file.zone();
     let never = || {
         let message =
             "the worm does not touch the wheel within length, face width and tip diameters";
@@ -44,11 +45,11 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     };
     let turns = zone.turns(&pair).ok_or_else(never)?;
     let pitch = TAU / f64::from(file.thread.starts);
-    let lines = lines(&pair, &zone, turns, pitch / f64::from(LINES));
-    let undercut = undercut(&pair, &zone);
-    let second = second_limit(&pair, &zone);
+    let lines = zone.lines(&pair, turns, pitch / f64::from(LINES));
+    let undercut = zone.undercut(&pair);
+    let second = zone.second_limit(&pair);
     let contact_ratio = (turns[1] - turns[0]) / pitch;
-    let cut_away = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
+    let cut_away = (!undercut.is_empty()).then(|| undercut_warning(file, &pair, &undercut));
     let cut_into = interference(file, &pair, &zone, &lines, turns);
     let interrupted = (contact_ratio < 1.0).then(|| Diagnostic {
         code: "contact-ratio",
@@ -88,7 +89,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             1e3 * c.axial,
             1e3 * y(c),
             1e3 * c.wheel_radius(),
-            c.lubrication_angle.to_degrees(),
+            c.lubrication_angle().to_degrees(),
             1e3 * c.sliding,
             1e-3 * c.relative_curvature.abs(),
             again.map_or(f64::NAN, |c| c.worm_turn.to_degrees()),
@@ -126,6 +127,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             axes: ["along the wheel's axis y [mm]", "radius on the wheel [mm]"],
             equal_scales: true,
             curves,
+            labels: Vec::new(),
         }]
         .into_iter()
         .chain(axodes::picture(
@@ -170,56 +172,6 @@ fn flank(file: &WormFile) -> Result<Helicoid, Error> {
     }
 }
 
-/// The pair and its zone with a profile shift of the wheel; its throat moves with it.
-fn placed(file: &WormFile, worm: Helicoid, shift: f64) -> (WormPair, WormZone) {
-    let moved = file.thread.module * (shift - file.profile_shift);
-    let centre_distance = file.centre_distance() + moved;
-    let pair = WormPair {
-        worm,
-        ratio: f64::from(file.thread.starts) / f64::from(file.teeth),
-        centre_distance,
-    };
-    let zone = WormZone {
-        radii: [
-            file.centre_distance() - 0.5 * file.tip_diameters[1],
-            0.5 * file.tip_diameters[0],
-        ],
-        length: file.length,
-        face_width: file.face_width,
-        outer_radius: 0.5 * file.outer_diameter + moved,
-    };
-    (pair, zone)
-}
-
-/// Lines of contact from the first turn of the worm to the last.
-fn lines(pair: &WormPair, zone: &WormZone, turns: [f64; 2], step: f64) -> Vec<ContactLine> {
-    let first = (turns[0] / step).ceil() as i64;
-    let last = (turns[1] / step).floor() as i64;
-    (first..=last)
-        .map(|k| zone.line(pair, k as f64 * step, ROWS))
-        .filter(|line| !line.points.is_empty())
-        .collect()
-}
-
-/// The limit of the first kind within the zone, over the azimuth.
-fn undercut(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
-    let azimuths =
-        (0..=LIMIT_POINTS).map(|k| FRAC_PI_2 * (2.0 * k as f64 / LIMIT_POINTS as f64 - 1.0));
-    let points = azimuths.filter_map(|azimuth| {
-        let radius = pair.undercut(azimuth, zone.radii)?;
-        pair.contact(radius, azimuth)
-    });
-    points.filter(|c| zone.reaches(c)).collect()
-}
-
-/// The limit of the second kind within the zone, over the radius.
-fn second_limit(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
-    let [from, to] = zone.radii;
-    let radii = (0..=LIMIT_POINTS).map(|k| from + (to - from) * k as f64 / LIMIT_POINTS as f64);
-    let points = radii.filter_map(|radius| pair.contact(radius, pair.second_limit(radius)?));
-    points.filter(|c| zone.reaches(c)).collect()
-}
-
 /// The deepest cut of the worm, at other turns, into the flank that it leaves.
 fn interference(
     file: &WormFile,
@@ -248,17 +200,15 @@ fn interference(
     })
 }
 
-fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> Diagnostic {
+fn undercut_warning(file: &WormFile, pair: &WormPair, limit: &[WormContact]) -> Diagnostic {
     let highest = limit.iter().map(WormContact::wheel_radius);
     let highest = highest.fold(0.0, f64::max);
     let steps = ((LARGEST_SHIFT - file.profile_shift) / SHIFT_STEP)
         .floor()
         .max(0.0) as u32;
-    let mut shifts = (1..=steps).map(|k| file.profile_shift + SHIFT_STEP * f64::from(k));
-    let free = shifts.find(|shift| {
-        let (pair, zone) = placed(file, flank, *shift);
-        undercut(&pair, &zone).is_empty()
-    });
+    let step = file.thread.module * SHIFT_STEP;
+    let moves = (1..=steps).map(|k| step * f64::from(k));
+    let free = file.zone().free_of_undercut(pair, moves);
     Diagnostic {
         code: "undercut",
         message: format!(
@@ -266,8 +216,9 @@ fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> 
             1e3 * highest
         ),
         hint: Some(match free {
-            Some(shift) => format!(
-                "take profile_shift = {shift:.2} or more, a larger pressure angle or more teeth"
+            Some(by) => format!(
+                "take profile_shift = {:.2} or more, a larger pressure angle or more teeth",
+                file.profile_shift + by / file.thread.module
             ),
             None => "take a larger pressure angle or more teeth".into(),
         }),

@@ -1,15 +1,13 @@
 //! A given pair of profiles checked by the law of gearing: where its common normal misses the pitch point, and the ratio it then gives.
 
+use super::centrodes::{Centrodes, Member};
+use super::conjugate::conjugate;
+use super::conjugate_flank::FLANK_POINTS;
+use super::law_of_gearing::{GearingCheck, check_gearing};
+use super::profile::Shape;
+use super::rolling::Rolling;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::gear::plane::centrodes::{Centrodes, Member};
-use crate::gear::plane::conjugate::conjugate;
-use crate::gear::plane::law_of_gearing::{GearingCheck, check_gearing};
-use crate::gear::plane::profile::Shape;
-use crate::gear::plane::rolling::Rolling;
-
-/// Points of a flank.
-pub(super) const FLANK_POINTS: usize = 41;
 
 /// A contact of both profiles with the ratio that the law requires there.
 #[derive(Debug, Clone, Copy)]
