@@ -1,10 +1,16 @@
 //! Unloaded contact of bevel flanks: published settings, conjugate mates, starts of misaligned pairs.
 
+use geardyn::internals::base::flags::Flags;
+use geardyn::internals::base::load;
 use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::contact::contact_path::PITCHES;
+use geardyn::internals::gear::contact::contact_point::ContactPoint;
 use geardyn::internals::gear::contact::ease_off::EaseOff;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
+use geardyn::internals::gear::kernel::pose::Direction;
 use geardyn::internals::gear::kernel::vector::Vector;
+use geardyn::internals::plan::gear::bevel;
+use geardyn::internals::scene::bevel_file;
 
 use crate::bevel_flank::nasa_flank;
 use crate::cases::{case, number, vector};
@@ -322,4 +328,59 @@ fn law_offset_and_spiral_angles() {
     };
     assert!(excess(0.0).abs() < 1e-15);
     assert!(excess(0.05) > 0.01 && excess(-0.05) < -0.01);
+}
+
+/// A gear that stands still while it is cut is a reference like a generated one: the ease-off of a place is the arm times the angle by
+/// which the gear would have to lead to touch it, taken where its conjugate touches.
+#[test]
+fn law_ease_off_of_a_formate_gear() {
+    let text = std::fs::read_to_string("models/gears/bevel_12_36.toml").unwrap();
+    let roll = "cradle_over_work = 0.9508646";
+    assert!(text.contains(roll));
+    let text = text.replace(roll, "process = \"formate\"");
+    let source = load::source_from_text("formate.toml".into(), &text);
+    let file = bevel_file::read(&source, &Flags::default()).unwrap();
+    let contact = bevel::run(&file).unwrap().contact.unwrap();
+    let (pair, reference) = (&contact.pair, &contact.path.reference);
+    let conjugate = pair.conjugate(reference);
+    let [pinion, gear] = pair.flanks.each_ref().map(|flank| &flank.envelope);
+    let near = |c: &&ContactPoint| {
+        let pitches = (c.pinion_angle - reference.pinion_angle) / pair.pitch();
+        c.edge.is_none() && pitches.abs() < 0.5
+    };
+    let azimuth = |r: Vector| r.y.atan2(r.x);
+    let (mut worst, mut largest) = (0f64, 0f64);
+    for here in contact.path.contacts.iter().filter(near) {
+        let y = &here.unknowns;
+        let (of_pinion, of_gear) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
+        let r = pinion.point(of_pinion).unwrap().point.coordinates;
+        let place = [r.z, r.x.hypot(r.y)];
+        let at = conjugate
+            .on_circle(place, [y[3], y[4], here.pinion_angle])
+            .unwrap();
+        let of_conjugate = conjugate.point(at).unwrap();
+        let inward = Direction::new(of_conjugate.normal.components);
+        let (found, gap) = pinion
+            .on_ray(of_conjugate.point, inward, of_pinion)
+            .unwrap();
+        // The place on the ray, at the angle at which its conjugate touches.
+        let angle = at[2];
+        let on_ray = pair
+            .pose(0, angle)
+            .apply(pinion.point(found).unwrap().point.coordinates);
+        let in_gear = pair.pose(1, 0.0).inverse().apply(on_ray);
+        let on_circle = [in_gear.z, in_gear.x.hypot(in_gear.y)];
+        let touching = gear
+            .point(gear.on_circle(on_circle, of_gear).unwrap())
+            .unwrap();
+        let turn = azimuth(in_gear) - azimuth(touching.point.coordinates);
+        let nominal = reference.gear_angle() + pair.ratio() * (angle - reference.pinion_angle);
+        let normal = pair.pose(1, turn).rotate(touching.normal.components);
+        let lead = (turn - nominal) * normal.dot(pair.turn(1).at(on_ray));
+        worst = worst.max((gap.abs() - lead.abs()).abs());
+        largest = largest.max(gap.abs());
+    }
+    println!("largest gap {largest:.3e} m, off by {worst:.3e} m");
+    assert!(largest > 50e-6);
+    within("gap, of the largest", worst / largest, 1e-3);
 }

@@ -5,9 +5,10 @@ use geardyn::internals::base::load;
 use geardyn::internals::gear::contact::contact_path::{ContactPath, PITCHES};
 use geardyn::internals::gear::contact::pair::FlankPair;
 use geardyn::internals::gear::load::bevel_teeth::BevelTeeth;
-use geardyn::internals::gear::load::contact_line::{ContactCell, ContactLine, ToothLoad};
+use geardyn::internals::gear::load::contact_line::{ContactCell, ContactLine};
 use geardyn::internals::gear::load::elliptic_contact::{EllipticContact, greatest_shear};
 use geardyn::internals::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
+use geardyn::internals::gear::load::flank_result::FlankMeshResult;
 use geardyn::internals::gear::load::loaded_lines::{LineLoads, LoadedLines};
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::tooth_plate::{PlateShape, ToothPlate};
@@ -18,7 +19,7 @@ use geardyn::internals::scene::bevel_file;
 use crate::contact::pair;
 use crate::verification::within;
 
-const STEEL: [Material; 2] = [Material {
+pub const STEEL: [Material; 2] = [Material {
     young: 206e9,
     poisson: 0.3,
 }; 2];
@@ -320,98 +321,6 @@ fn law_shares_and_tangent() {
     }
 }
 
-/// Half thickness of an involute tooth of 20° and module 1 at a radius; constant below the base circle.
-fn half_thickness(teeth: f64, radius: f64) -> f64 {
-    let alpha = 20f64.to_radians();
-    let involute = |a: f64| a.tan() - a;
-    let base = 0.5 * teeth * alpha.cos();
-    let at = (base / radius.max(base)).acos();
-    radius.max(base) * (std::f64::consts::PI / (2.0 * teeth) + involute(alpha) - involute(at)).sin()
-}
-
-/// Stiffness of one pair of spur teeth of the module 10 mm at the pitch point, through the solver of contact lines, N/(mm µm).
-fn spur_stiffness(teeth: [f64; 2]) -> f64 {
-    const MODULE: f64 = 0.01;
-    /// Eighty modules: c′ is of a unit width, ends stiffen a narrow face.
-    const WIDTH: f64 = 0.8;
-    const CELLS: usize = 40;
-    let alpha = 20f64.to_radians();
-    let member = |z: f64| {
-        let (pitch, root, tip) = (0.5 * z, 0.5 * z - 1.25, 0.5 * z + 1.0);
-        let lean = alpha - std::f64::consts::PI / (2.0 * z);
-        let half = half_thickness(z, pitch);
-        // The force crosses the middle of the tooth below the pitch circle.
-        let height =
-            ((pitch * pitch - half * half).sqrt() - half * lean.tan() - root) / (tip - root);
-        let corner = |x: f64, y: f64| [x * WIDTH, y * MODULE * (tip - root)];
-        let shape = PlateShape {
-            corners: [
-                [corner(0.0, 0.0), corner(0.0, 1.0)],
-                [corner(1.0, 0.0), corner(1.0, 1.0)],
-            ],
-            material: STEEL[0],
-        };
-        let thickness =
-            |[_, share]: [f64; 2]| 2.0 * MODULE * half_thickness(z, root + share * (tip - root));
-        let plate = ToothPlate::new(&shape, thickness).unwrap();
-        move |face: f64| {
-            let (shape, response) = plate.load([face, height], lean.cos());
-            ToothLoad {
-                depth: MODULE * half / lean.cos(),
-                shape,
-                response,
-            }
-        }
-    };
-    let [first, second] = teeth.map(member);
-    let curvature = 2.0 / (alpha.sin() * MODULE) * (1.0 / teeth[0] + 1.0 / teeth[1]);
-    let cell = |i: usize| {
-        let face = (i as f64 + 0.5) / CELLS as f64;
-        ContactCell {
-            along: face * WIDTH,
-            length: WIDTH / CELLS as f64,
-            gap: 0.0,
-            arm: 1.0,
-            curvature,
-            on_edge: false,
-            ellipse: None,
-            teeth: Some([first(face), second(face)]),
-        }
-    };
-    let line = ContactLine {
-        pair: 0,
-        cells: (0..CELLS).map(cell).collect(),
-    };
-    let force = 100e3 * WIDTH;
-    let loads = LoadedLines::new(vec![line], STEEL)
-        .solve(force, None)
-        .unwrap();
-    1e-9 * force / (loads.turn * WIDTH)
-}
-
-/// Spur pairs as contact lines with teeth as plates, at the pitch point under 100 N/mm with the module 10 mm, against c′ without profile shift.
-/// Source: ISO 6336-1:2006, eqs. 82 and 83, C_M = 0.8.
-#[test]
-fn ref_stiffness_of_spur_pairs_as_plates() {
-    for ([z1, z2], expected) in [
-        ([24.0, 95.0], 14.18),
-        ([30.0, 30.0], 13.11),
-        ([62.0, 62.0], 14.84),
-        ([20.0, 60.0], 13.49),
-    ] {
-        let found = spur_stiffness([z1, z2]);
-        println!(
-            "{z1}/{z2}: {found:.3} {expected} {:.4}",
-            found / expected - 1.0
-        );
-        within(
-            "stiffness c′ of a pair",
-            (found / expected - 1.0).abs(),
-            0.085,
-        );
-    }
-}
-
 /// The shipped pair with its teeth: settings in SI, both flanks, thickness.
 fn shipped() -> (FlankPair, ContactPath, BevelTeeth) {
     let source = load::load(std::path::Path::new("models/gears/bevel_12_36.toml")).unwrap();
@@ -426,6 +335,9 @@ fn shipped() -> (FlankPair, ContactPath, BevelTeeth) {
 }
 
 /// Loaded transmission error of the shipped pair with bending teeth settles over the stations, and its teeth soften the contact.
+///
+/// What is left with 32 stations are contacts on edges that cover two to four of them: half a cell of place moves the approach of such a
+/// contact by 1 to 2 %. With 64 stations at 300 N·m these cells are shorter than that contact is wide, which the answer warns of.
 #[test]
 fn law_stations_converge() {
     let (pair, path, teeth) = shipped();
@@ -438,32 +350,41 @@ fn law_stations_converge() {
         let mesh = FlankMesh::new(&pair, &path, options, teeth);
         mesh.map(&[100.0, 300.0]).unwrap()
     };
-    let row = |stations: usize| {
-        let result = map(stations, Some(&teeth));
-        let of = |k: usize| result.cycles[k].of(|p| arcsec(p.te));
-        [of(0), of(1)]
+    let te = |result: &FlankMeshResult, k: usize| result.cycles[k].of(|p| arcsec(p.te));
+    let finest = map(48, Some(&teeth));
+    let coarse = |k: usize, result: &FlankMeshResult| {
+        let of = result.cycles[k].of(|p| p.coarse);
+        of.into_iter().fold(0.0, f64::max)
     };
-    let (coarse, fine, finest) = (row(24), row(32), row(64));
-    let apart = |a: &[f64], b: &[f64]| {
-        a.iter()
-            .zip(b)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max)
-    };
+    println!("half widths in a cell {:.3}", coarse(1, &finest));
+    let fine = map(32, Some(&teeth));
     for k in 0..2 {
-        let errors = [&coarse, &fine].map(|row| apart(&row[k], &finest[k]));
-        let peaks = [&coarse, &fine, &finest].map(|row| peak_to_peak(&row[k]));
-        println!(
-            "te off by {errors:.3?}, peak to peak {peaks:.3?} arcsec with 24, 32 and 64 stations"
-        );
-        assert!(errors[1] < 0.05 * finest[k].iter().fold(0f64, |m, e| m.max(e.abs())));
+        let end = te(&finest, k);
+        let mut before = f64::INFINITY;
+        for (stations, result) in [(16, &map(16, Some(&teeth))), (32, &fine)] {
+            let own = te(result, k);
+            let off: Vec<f64> = own.iter().zip(&end).map(|(a, b)| a - b).collect();
+            let rms = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
+            println!(
+                "{stations} stations: te off by {rms:.3} arcsec rms, {:.3} at most, of {:.1}; peak to peak {:.3} of {:.3}",
+                off.iter().fold(0f64, |m, d| m.max(d.abs())),
+                end.iter().fold(0f64, |m, e| m.max(e.abs())),
+                peak_to_peak(&own),
+                peak_to_peak(&end),
+            );
+            assert!(rms < 0.5 * before, "{stations} stations");
+            before = rms;
+        }
+        assert!(before < 0.3);
     }
+    let short = map(64, Some(&teeth));
+    assert!(coarse(1, &short) > 1.5 * coarse(1, &finest));
     let rigid = map(32, None);
     let softer = rigid.cycles[0].of(|p| arcsec(p.te));
     assert!(
         softer
             .iter()
-            .zip(&fine[0])
+            .zip(&te(&fine, 0))
             .all(|(rigid, bent)| bent < rigid)
     );
 }

@@ -27,6 +27,7 @@ mod load_mesh;
 mod load_planet;
 mod load_random;
 mod load_space;
+mod load_spur;
 mod load_stiffness;
 mod plane_centrodes;
 mod plane_conjugates;

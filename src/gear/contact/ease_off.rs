@@ -86,7 +86,8 @@ impl FlankPair {
     pub fn ease_off(&self, contact: &ContactPoint, rows: usize, columns: usize) -> EaseOff {
         let conjugate = self.conjugate(contact);
         let y = &contact.unknowns;
-        let starts = ([y[5], y[4], contact.pinion_angle], [y[0], y[1], y[2]]);
+        let [first, theta] = self.flanks[1].envelope.own([y[3], y[4], y[5]]);
+        let starts = ([first, theta, contact.pinion_angle], [y[0], y[1], y[2]]);
         let mut gaps = Vec::with_capacity(rows * columns);
         for row in 0..rows {
             for column in 0..columns {

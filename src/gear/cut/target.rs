@@ -116,13 +116,13 @@ fn conjugate(pair: &FlankPair, middle: [f64; 3]) -> Option<(Conjugate<'_>, [f64;
     let pinion = &pair.flanks[0];
     let place = pinion.section.at(0.5, 0.5);
     let own = pinion.envelope.point(middle)?;
-    let [_, theta, x] = pair.flanks[1].middle()?;
+    let [first, theta] = pair.flanks[1].envelope.own(pair.flanks[1].middle()?);
     let free = pair.conjugate_from(0.0, [-SEARCH, SEARCH]);
-    let starts = free.motion_parameters([x, theta]).into_iter();
+    let starts = free.motion_parameters([first, theta]).into_iter();
     let azimuth = |r: Vector| r.y.atan2(r.x);
     starts
         .filter_map(|angle| {
-            let at = free.on_circle(place, [x, theta, angle])?;
+            let at = free.on_circle(place, [first, theta, angle])?;
             let point = free.point(at)?;
             let turn = azimuth(own.point.coordinates) - azimuth(point.point.coordinates);
             let pose = Pose::<WorkFrame, WorkFrame>::turned(Vector::Z, turn);

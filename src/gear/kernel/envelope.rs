@@ -10,7 +10,7 @@ use super::second_order::SecondOrder;
 use super::twist::Twist;
 use super::vector::Vector;
 
-/// The envelope of a surface under a motion, as a surface over `[x, θ]`.
+/// The envelope of a surface under a motion, as a surface over `[x, θ]`; of one that does not move, over its own `[u, θ]`.
 #[derive(Debug, Clone)]
 pub struct Envelope<S: Surface, To> {
     /// The moving surface.
@@ -79,6 +79,11 @@ impl<S: Surface, To> Envelope<S, To> {
             normal: Direction::new(meeting.jet.n),
             second_order: SecondOrder::of(&meeting)?,
         })
+    }
+
+    /// Parameters of a place `[u, θ, x]` on this envelope as a surface.
+    pub fn own(&self, [u, theta, x]: [f64; 3]) -> [f64; 2] {
+        [if self.motion.is_fixed() { u } else { x }, theta]
     }
 
     /// The flank's point at x and θ, with u from f = 0.
@@ -173,19 +178,23 @@ impl<S: Surface, To> Envelope<S, To> {
 impl<S: Surface, To> Surface for Envelope<S, To> {
     type Frame = To;
 
-    fn jet(&self, [x, theta]: [f64; 2]) -> Option<Jet> {
-        let u = self.surface_parameter([x, theta])?;
-        self.meeting([u, theta, x])?.envelope_jet()
+    fn jet(&self, [first, theta]: [f64; 2]) -> Option<Jet> {
+        if self.motion.is_fixed() {
+            return Some(self.meeting([first, theta, 0.0])?.jet);
+        }
+        let u = self.surface_parameter([first, theta])?;
+        self.meeting([u, theta, first])?.envelope_jet()
     }
 
     fn range(&self) -> [f64; 2] {
-        self.range
+        match self.motion.is_fixed() {
+            true => self.surface.range(),
+            false => self.range,
+        }
     }
 
     fn scales(&self) -> [f64; 2] {
-        [
-            (self.range[1] - self.range[0]).abs(),
-            self.surface.scales()[1],
-        ]
+        let [u, theta, x] = self.scales_of_three();
+        [if self.motion.is_fixed() { u } else { x }, theta]
     }
 }

@@ -59,7 +59,7 @@ impl ContactLine {
         let mut triangle = Vec::with_capacity(self.cells.len() * (self.cells.len() + 1) / 2);
         for (i, here) in self.cells.iter().enumerate() {
             for there in &self.cells[..=i] {
-                triangle.push(0.5 * (seen(here, there, materials) + seen(there, here, materials)));
+                triangle.push(seen(here, there, materials));
             }
         }
         triangle
@@ -73,8 +73,11 @@ fn seen(here: &ContactCell, there: &ContactCell, materials: &[Material; 2]) -> f
     };
     let member = |k: usize| {
         let terms = own[k].shape.iter().zip(&loaded[k].response);
+        // The plate answers both views alike.
         let bending: f64 = terms.map(|(a, b)| a * b).sum();
-        bending - below_middle((here, there), own[k].depth, &materials[k])
+        let views = below_middle((here, there), own[k].depth, &materials[k])
+            + below_middle((there, here), loaded[k].depth, &materials[k]);
+        bending - 0.5 * views
     };
     member(0) + member(1)
 }
@@ -86,8 +89,18 @@ fn below_middle(
     material: &Material,
 ) -> f64 {
     let nu = material.poisson;
-    let kernel = |s: f64| 2.0 * (1.0 - nu) * (s / depth).asinh() + s / s.hypot(depth);
-    let apart = there.along - here.along;
-    let integral = kernel(apart + 0.5 * there.length) - kernel(apart - 0.5 * there.length);
+    let apart = (there.along - here.along).abs();
+    let [near, far] = [-0.5, 0.5].map(|half| (apart + half * there.length) / depth);
+    let [to_near, to_far] = [near, far].map(|s| (s * s + 1.0).sqrt());
+    let integral = 2.0 * (1.0 - nu) * asinh_between([near, far], [to_near, to_far]) + far / to_far
+        - near / to_near;
     (1.0 + nu) / (2.0 * PI * material.young * there.length) * integral
+}
+
+/// `asinh(b) − asinh(a)` of `[a, b]` with b not below |a|, given `√(a² + 1)` and `√(b² + 1)`: one logarithm without cancellation.
+pub(super) fn asinh_between([a, b]: [f64; 2], [root_a, root_b]: [f64; 2]) -> f64 {
+    match a < 0.0 {
+        true => ((b + root_b) * (root_a - a)).ln(),
+        false => ((b + root_b) / (a + root_a)).ln(),
+    }
 }

@@ -53,7 +53,8 @@ impl LoadedLines {
             changes.extend(self.between(&here, &after, [torque, next])?);
             (torque, here) = (next, after);
         }
-        let message = format!("the load was not raised to {to} N·m in {MOST_STEPS} steps");
+        let message =
+            format!("the load was not raised to {to} N·m of the driven gear in {MOST_STEPS} steps");
         Err(Error::new(Code::NoConvergence, message).with_hint("give fewer stations"))
     }
 

@@ -119,8 +119,9 @@ impl LoadedLines {
             };
             active = Some(solution.active);
         }
-        let message =
-            format!("the widths of the contact at {torque} N·m did not settle in {SWEEPS} sweeps");
+        let message = format!(
+            "the widths of the contact at {torque} N·m of the driven gear did not settle in {SWEEPS} sweeps"
+        );
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("cells shorter than the contact is wide do this: give a smaller torque or fewer stations"))
     }
@@ -269,6 +270,8 @@ pub(super) fn too_wide(error: Error, torque: f64) -> Error {
     if error.code != Code::IllPosed {
         return error;
     }
-    let message = format!("the contact at {torque} N·m is too wide for its cells or its teeth");
+    let message = format!(
+        "the contact at {torque} N·m of the driven gear is too wide for its cells or its teeth"
+    );
     Error::new(Code::OutOfRange, message).with_hint("give a smaller torque or fewer stations")
 }

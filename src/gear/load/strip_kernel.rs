@@ -3,7 +3,7 @@
 //! Beyond ten y the integral is `ln(f/n) + ¼ y² (1/f² − 1/n²) − 3/32 y⁴ (1/f⁴ − 1/n⁴) + 5/96 y⁶ (1/f⁶ − 1/n⁶)` to 4e-10 (the series of
 //! asinh, Abramowitz & Stegun 1964, 4.6.31), whose coefficients do not depend on the width: they are computed once a line.
 
-use super::contact_line::ContactCell;
+use super::contact_line::{ContactCell, asinh_between};
 
 /// Distance in y from which the series holds.
 const FAR: f64 = 10.0;
@@ -76,8 +76,9 @@ impl KernelEntry {
             let y2 = y * y;
             return one + y2 * (two + y2 * (four + y2 * six));
         }
-        let of = |([near, far], weight): &([f64; 2], f64)| {
-            weight * ((far / y).asinh() - (near / y).asinh())
+        let of = |(ends, weight): &([f64; 2], f64)| {
+            let ends = ends.map(|end| end / y);
+            weight * asinh_between(ends, ends.map(|s| (s * s + 1.0).sqrt()))
         };
         self.views.iter().map(of).sum()
     }

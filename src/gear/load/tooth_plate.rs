@@ -144,9 +144,13 @@ impl ToothPlate {
         let [along, up] = [0, 1].map(|k| legendre(2.0 * at[k] - 1.0));
         let value = |i: usize| cosine * along[i / POLYNOMIALS[1]].0 * up[i % POLYNOMIALS[1]].0;
         let shape: Vec<f64> = (0..TERMS).map(value).collect();
-        let rows = self.compliance.chunks_exact(TERMS);
-        let response = rows.map(|row| row.iter().zip(&shape).map(|(a, b)| a * b).sum());
-        (shape.clone(), response.collect())
+        // Row by row of the symmetric matrix, so that terms of a row are independent.
+        let mut response = vec![0.0; TERMS];
+        for (row, factor) in self.compliance.chunks_exact(TERMS).zip(&shape) {
+            let sums = response.iter_mut().zip(row);
+            sums.for_each(|(sum, value)| *sum += factor * value);
+        }
+        (shape, response)
     }
 }
 

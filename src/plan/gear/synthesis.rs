@@ -65,7 +65,9 @@ pub fn run(
         let message = "the flank conjugate to the gear does not reach that of the pinion";
         Error::new(Code::OutOfRange, message)
             .with_span(&of.span)
-            .with_hint("start from settings whose flanks touch: `geardyn gear` computes the contact; the flank of a formate gear is not taken")
+            .with_hint(
+                "start from settings whose flanks touch: `geardyn gear` computes the contact",
+            )
     })?;
     let flanks = vec![flank];
     let problem = CorrectionProblem {
