@@ -6,7 +6,7 @@
 //! power on every line: noise, bursts, sweeps, not what repeats inside the block. Where the input's transform is as smooth as what rings,
 //! as near the ends of a sweep, the response is told as from rest.
 //!
-//! Where a resonance is no wider than a window, no parabola follows it: over one block, both polynomials then stand over a common
+//! Where a resonance is no wider than a window, no parabola follows it: over one block, or a few, all polynomials then stand over a common
 //! `D(r) = 1 + d₁ r (+ d₂ r²)`, if that lowers what is left by more than noise would. McKelvey & Guérin, Non-parametric frequency
 //! response estimation using a local rational model, 16th IFAC Symposium on System Identification (2012), with the weights of Sanathanan
 //! & Koerner, IEEE Trans. Autom. Control 8 (1963), pp. 56–58.
@@ -39,6 +39,7 @@ pub fn min_half_width(inputs: usize, blocks: usize, dofs: usize) -> usize {
 pub struct LocalPolynomialEstimator {
     rate_hz: f64,
     inputs: usize,
+    outputs: usize,
     half_width: usize,
     /// First line of the first window, and the number of windows.
     first: usize,
@@ -46,7 +47,8 @@ pub struct LocalPolynomialEstimator {
     basis: Vec<Vec<f64>>,
     fft: RealFft,
     work: Vec<f64>,
-    transforms: Vec<Vec<Complex>>,
+    /// By block and channel; none of more than [`MAX_POLE_BLOCKS`].
+    transforms: Vec<Vec<Vec<Complex>>>,
     windows: Vec<WindowSums>,
     blocks: usize,
 }
@@ -136,7 +138,6 @@ impl LocalPolynomialEstimator {
             ));
         }
         let size = POLYNOMIAL_TERMS * inputs;
-        let zero = Complex::new(0.0, 0.0);
         let empty = WindowSums {
             with_transient: LeastSquaresSums::new(size, outputs),
             without_transient: LeastSquaresSums::new(size, outputs),
@@ -146,11 +147,12 @@ impl LocalPolynomialEstimator {
         Ok(LocalPolynomialEstimator {
             rate_hz,
             inputs,
+            outputs,
             half_width,
             first,
             basis: polynomials(half_width),
             work: vec![0.0; block],
-            transforms: vec![vec![zero; fft.lines()]; inputs + outputs],
+            transforms: Vec::new(),
             fft,
             windows: vec![empty; count],
             blocks: 0,
@@ -162,20 +164,21 @@ impl LocalPolynomialEstimator {
     /// # Panics
     /// Another number of channels or samples than announced: mistakes of the caller.
     pub fn push(&mut self, channels: &[&[f64]]) {
-        assert_eq!(channels.len(), self.transforms.len());
-        for (channel, transform) in channels.iter().zip(&mut self.transforms) {
+        assert_eq!(channels.len(), self.inputs + self.outputs);
+        let zero = Complex::new(0.0, 0.0);
+        let mut transforms = vec![vec![zero; self.fft.lines()]; channels.len()];
+        for (channel, transform) in channels.iter().zip(&mut transforms) {
             self.work.copy_from_slice(channel);
             self.fft.forward(&mut self.work, transform);
         }
         self.blocks += 1;
         let width = 2 * self.half_width + 1;
         let size = POLYNOMIAL_TERMS * self.inputs;
-        let zero = Complex::new(0.0, 0.0);
         let mut columns = vec![vec![zero; width]; size];
-        let mut answers = vec![vec![zero; width]; self.transforms.len() - self.inputs];
+        let mut answers = vec![vec![zero; width]; self.outputs];
         for (at, gathered) in self.windows.iter_mut().enumerate() {
             let from = self.first + at * width;
-            for (j, input) in self.transforms[..self.inputs].iter().enumerate() {
+            for (j, input) in transforms[..self.inputs].iter().enumerate() {
                 let lines = &input[from..from + width];
                 let second: f64 = lines.iter().map(Complex::norm_sqr).sum();
                 let fourth: f64 = lines.iter().map(|x| x.norm_sqr().powi(2)).sum();
@@ -190,7 +193,7 @@ impl LocalPolynomialEstimator {
                     }
                 }
             }
-            let outputs = &self.transforms[self.inputs..];
+            let outputs = &transforms[self.inputs..];
             for (answer, output) in answers.iter_mut().zip(outputs) {
                 answer.copy_from_slice(&output[from..from + width]);
             }
@@ -198,6 +201,10 @@ impl LocalPolynomialEstimator {
             let both = columns.iter_mut().chain(&mut answers);
             both.for_each(|values| project(&self.basis, values));
             gathered.with_transient.add(&columns, &answers);
+        }
+        match self.blocks <= MAX_POLE_BLOCKS {
+            true => self.transforms.push(transforms),
+            false => self.transforms.clear(),
         }
     }
 
@@ -232,7 +239,7 @@ impl LocalPolynomialEstimator {
         let width = 2 * self.half_width + 1;
         let df = self.rate_hz / self.work.len() as f64;
         let (inputs, size) = (self.inputs, POLYNOMIAL_TERMS * self.inputs);
-        let outputs = self.transforms.len() - inputs;
+        let outputs = self.outputs;
         let lines = self.windows.len();
         let total = (self.blocks * (width - POLYNOMIAL_TERMS)) as f64;
         let dofs = total - size as f64;
@@ -339,6 +346,9 @@ impl LocalPolynomialEstimator {
     }
 }
 
+/// Maximum number of blocks whose windows are fitted with poles; every block adds a transient.
+pub const MAX_POLE_BLOCKS: usize = 4;
+
 /// Poles of a window at most, and how often noise alone asks for one: of a thousand windows none, its poles being sought.
 const MAX_WINDOW_POLES: usize = 2;
 const POLE_FALSE_ALARM: f64 = 1e-6;
@@ -430,31 +440,40 @@ impl LocalPolynomialEstimator {
         })
     }
 
-    /// Both polynomials over a denominator of the given order.
+    /// The polynomials of the inputs and of each block's transient over a denominator of the given order.
     fn rational_fit(&self, at: usize, output: usize, order: usize) -> Option<WindowEstimate> {
         let width = 2 * self.half_width + 1;
-        let unknowns = POLYNOMIAL_TERMS * (self.inputs + 1) + order;
-        if self.blocks != 1 || width < unknowns + MIN_DOF {
+        let polynomials = POLYNOMIAL_TERMS * (self.inputs + self.blocks);
+        let (unknowns, rows) = (polynomials + order, self.blocks * width);
+        if self.transforms.is_empty() || rows < unknowns + MIN_DOF {
             return None;
         }
-        let lines = self.first + at * width..self.first + (at + 1) * width;
-        let y = &self.transforms[self.inputs + output][lines.clone()];
-        let power = |k: usize, s: usize| window_coordinate(k, self.half_width).powi(s as i32);
+        // Block by block, line by line.
+        let value = |channel: usize, k: usize| {
+            self.transforms[k / width][channel][self.first + at * width + k % width]
+        };
+        let y: Vec<Complex> = (0..rows).map(|k| value(self.inputs + output, k)).collect();
+        let power =
+            |k: usize, s: usize| window_coordinate(k % width, self.half_width).powi(s as i32);
         let column = |a: usize, k: usize| match a {
             a if a < POLYNOMIAL_TERMS * self.inputs => {
                 let (s, j) = (a / self.inputs, a % self.inputs);
-                self.transforms[j][lines.start + k] * power(k, s)
+                value(j, k) * power(k, s)
             }
-            a if a < POLYNOMIAL_TERMS * (self.inputs + 1) => {
-                Complex::new(power(k, a - POLYNOMIAL_TERMS * self.inputs), 0.0)
+            a if a < polynomials => {
+                let own = a - POLYNOMIAL_TERMS * self.inputs;
+                match own / POLYNOMIAL_TERMS == k / width {
+                    true => Complex::new(power(k, own % POLYNOMIAL_TERMS), 0.0),
+                    false => Complex::new(0.0, 0.0),
+                }
             }
-            a => -y[k] * power(k, a + 1 - POLYNOMIAL_TERMS * (self.inputs + 1)),
+            a => -y[k] * power(k, a + 1 - polynomials),
         };
-        let mut denominator = vec![Complex::new(1.0, 0.0); width];
+        let mut denominator = vec![Complex::new(1.0, 0.0); rows];
         let mut found: Option<(WindowEstimate, Vec<Complex>)> = None;
         for _ in 0..MAX_ITERATIONS {
             let weighted = |a: usize| -> Vec<Complex> {
-                (0..width).map(|k| column(a, k) / denominator[k]).collect()
+                (0..rows).map(|k| column(a, k) / denominator[k]).collect()
             };
             let columns: Vec<Vec<Complex>> = (0..unknowns).map(weighted).collect();
             let answer: Vec<Complex> = y.iter().zip(&denominator).map(|(y, d)| y / d).collect();
@@ -472,15 +491,15 @@ impl LocalPolynomialEstimator {
             let told = WindowEstimate {
                 value: theta[..self.inputs].to_vec(),
                 spread: (0..self.inputs).map(|j| inverse[(j, j)].re).collect(),
-                residual: (0..width).map(off).sum(),
-                dof: (width - unknowns) as f64,
+                residual: (0..rows).map(off).sum(),
+                dof: (rows - unknowns) as f64,
             };
             found = Some((told, theta[unknowns - order..].to_vec()));
             let of = |k: usize| {
                 let terms = (1..=order).map(|s| theta[unknowns - order + s - 1] * power(k, s));
                 1.0 + terms.sum::<Complex>()
             };
-            denominator = (0..width).map(of).collect();
+            denominator = (0..rows).map(of).collect();
             let sizes = denominator.iter().map(|d| d.norm());
             let (least, most) =
                 sizes.fold((f64::INFINITY, 0.0_f64), |(l, m), d| (l.min(d), m.max(d)));

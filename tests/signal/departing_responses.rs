@@ -419,43 +419,48 @@ fn study_coverage_of_hits() {
     }
 }
 
-/// A response that holds one value for a third of the record leaves two short segments, whose transients no noise explains: the mode at
-/// 50 Hz came out as 50.6150165 ± 0.0000017 Hz and the like.
+/// A response that holds one value for a third of the record is reported, and what is left, two segments that end and begin in the middle
+/// of motion, shows the mode. (It came out as 50.6150165 ± 0.0000017 Hz and the like: no parabola follows a resonance as narrow.)
 #[test]
-fn survives_a_response_that_sticks() {
-    for seed in [1, 3, 9, 11] {
+fn law_a_response_that_sticks() {
+    for seed in [1, 3] {
         let (input, output) = stuck_record(seed);
         let channels: [(&str, &str, &[f64]); 2] = [("u", "N", &input), ("y", "m/s²", &output)];
         let recording = Recording::from_arrays(1000.0, &channels).unwrap();
         let study = IdentifyStudy::default();
         let found = recording.identify(&["u"], &["y"], &study).unwrap();
-        for found in &found.modes {
-            let mode = &found.mode;
-            let off = (mode.frequency_hz() - 50.0).abs();
-            let std = mode.frequency_std_hz().unwrap();
-            assert!(
-                off < 4.0 * std,
-                "seed {seed}: off by {off} Hz, {std} stated"
-            );
-        }
+        assert!(found.diagnostics.iter().any(|d| d.code == "stuck"));
+        assert_eq!(found.modes.len(), 1, "seed {seed}: {:?}", found.modes);
+        let mode = &found.modes[0].mode;
+        let off = (mode.frequency_hz() - 50.0).abs();
+        let std = mode.frequency_std_hz().unwrap();
+        assert!(
+            off < 4.0 * std && std < 0.001,
+            "seed {seed}: off by {off} Hz, {std} stated"
+        );
+        assert!((mode.damping_ratio() / 0.01 - 1.0).abs() < 0.02);
     }
 }
 
-/// Noise and the displacement it gives a mode of 50 Hz and 1 %, held from 7 to 14 s of 20; a linear congruential generator (Knuth, MMIX).
+/// Noise and the displacement it gives a mode of 50 Hz and 1 %, with noise of 0.3 %, held from 7 to 14 s of 20; a linear congruential
+/// generator (Knuth, MMIX).
 fn stuck_record(seed: u64) -> (Vec<f64>, Vec<f64>) {
     let omega = TAU * 50.0;
     let step = (Complex::new(-0.01, (1.0_f64 - 1e-4).sqrt()) * (omega / 1000.0)).exp();
     let (mut random, mut state) = (seed, Complex::new(0.0, 0.0));
     let (mut input, mut output) = (Vec::new(), Vec::new());
-    for k in 0..20_000 {
+    let mut uniform = || {
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        input.push((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+        (random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    for k in 0..20_000 {
+        input.push(uniform());
         state = state * step + input[k];
         output.push(match k {
             7001..14_000 => output[7000],
-            _ => state.im,
+            _ => state.im + 0.02 * uniform(),
         });
     }
     (input, output)

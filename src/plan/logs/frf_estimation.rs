@@ -12,7 +12,9 @@ use crate::spectrum::force_aliasing::PulseSampling;
 use crate::spectrum::force_pulses;
 use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::impact::{self, Hit, HitResponses, ImpactOptions, RejectReason};
-use crate::spectrum::local_polynomial::{LocalPolynomialEstimator, min_half_width};
+use crate::spectrum::local_polynomial::{
+    LocalPolynomialEstimator, MAX_POLE_BLOCKS, min_half_width,
+};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 use crate::spectrum::window::Window;
@@ -612,7 +614,7 @@ fn estimate_local(
         finest_resolution_hz: width(last),
         smearing_limit_lines: match count {
             // Parabolas stand over poles.
-            1 => 0.0,
+            1..=MAX_POLE_BLOCKS => 0.0,
             _ => POLYNOMIAL_SMEARING_LINES,
         },
     }))
