@@ -4,6 +4,7 @@ use super::axes::linear_range;
 use super::svg::LineStyle;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::statistics::extremes;
 
 /// One of the figures of a result.
 #[derive(Debug, Clone)]
@@ -212,6 +213,9 @@ impl Plot {
     }
 }
 
+/// Ratio of the greatest to the least magnitude above which a linear axis would hide the small ones: three decades.
+const LOG_SPAN: f64 = 1e3;
+
 /// An axis.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
@@ -241,6 +245,18 @@ impl Axis {
         Axis {
             logarithmic: true,
             ..Axis::linear(label)
+        }
+    }
+
+    /// An axis of magnitudes: logarithmic where all are above zero and span more than [`LOG_SPAN`], else linear from zero.
+    pub fn of_magnitudes(
+        label: impl Into<String>,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Axis {
+        let (least, greatest) = extremes(values.clone().filter(|v| v.is_finite()));
+        match least > 0.0 && greatest > LOG_SPAN * least {
+            true => Axis::log(label),
+            false => Axis::linear(label).from_zero(values),
         }
     }
 
@@ -419,4 +435,21 @@ pub struct LevelMap {
     pub y: Vec<f64>,
     /// A level in dB for each row of each column; minus infinity where there is none.
     pub columns: Vec<Vec<f64>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three decades of positive values are shown by their logarithm; less, or a zero, from zero.
+    #[test]
+    fn exact_range_decides_the_scale() {
+        let axis = |values: &[f64]| Axis::of_magnitudes("force, N", values.iter().copied());
+        assert!(axis(&[1e-3, f64::NAN, 2.0]).logarithmic);
+        for values in [&[1e-3, 0.9][..], &[0.0, 1e-3, 2.0], &[-1.0, 1e4], &[]] {
+            let found = axis(values);
+            assert!(!found.logarithmic, "{values:?}");
+            assert!(found.range.is_none_or(|(low, _)| low <= 0.0), "{values:?}");
+        }
+    }
 }

@@ -63,12 +63,23 @@ fn draw(figure: &PlotColumn) -> String {
     let title = MARGIN_LEFT + text_width(&figure.title, super::svg::TITLE_SIZE);
     let fits_title = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
     // A note below the title has a row of its own or shares the first of the key.
-    let rows = key.len().max(usize::from(!fits_title));
+    let first_row: f64 = key
+        .first()
+        .into_iter()
+        .flatten()
+        .map(|c| entry_width(c))
+        .sum();
+    let fits_key =
+        first_row + text_width(&figure.note, LABEL_SIZE) < WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
+    let key_from = usize::from(!fits_title && !fits_key);
+    let rows = (key.len() + key_from).max(usize::from(!fits_title));
     let mut at = TITLE + KEY_ROW * rows as f64 + 6.0;
+    // Plots of one abscissa stand exactly below each other.
+    let map_margin = figure.linked && figure.plots.iter().any(|p| p.map.is_some());
     let layout: Vec<Layout> = (figure.plots.iter().enumerate())
         .map(|(k, plot)| {
             let numbered = !figure.linked || k + 1 == figure.plots.len();
-            let layout = Layout::new(plot, at, numbered);
+            let layout = Layout::new(plot, at, numbered, map_margin);
             at = layout.down.1 + if numbered { BELOW } else { BETWEEN };
             layout
         })
@@ -82,7 +93,7 @@ fn draw(figure: &PlotColumn) -> String {
             Anchor::End,
         );
         for (row, curves) in key.iter().enumerate() {
-            let height = TITLE + KEY_ROW * row as f64 + 10.0;
+            let height = TITLE + KEY_ROW * (row + key_from) as f64 + 10.0;
             let mut right = MARGIN_LEFT;
             for curve in curves {
                 right = key_entry(canvas, (right, height), curve) + 16.0;
@@ -102,7 +113,7 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(plot: &Plot, top: f64, numbered: bool) -> Layout {
+    fn new(plot: &Plot, top: f64, numbered: bool, map_margin: bool) -> Layout {
         let ends = end_names(plot);
         let above = match (plot.labels.is_empty(), plot.upright_labels) {
             (true, _) => 0.0,
@@ -112,10 +123,10 @@ impl Layout {
         let leaving = ends.iter().filter(|e| e.leaves_at_top);
         let upright = widest(leaving.map(|e| e.name), LABEL_SIZE, 0.0);
         let heading = if plot.heading.is_empty() { 0.0 } else { 16.0 };
-        let right = match (&plot.map, ends.is_empty()) {
-            (Some(_), _) => MAP_MARGIN,
-            (None, true) => MARGIN_RIGHT,
-            (None, false) => 34.0 + widest(ends.iter().map(|e| e.name), LABEL_SIZE, 20.0),
+        let right = match (map_margin || plot.map.is_some(), ends.is_empty()) {
+            (true, _) => MAP_MARGIN,
+            (false, true) => MARGIN_RIGHT,
+            (false, false) => 34.0 + widest(ends.iter().map(|e| e.name), LABEL_SIZE, 20.0),
         };
         let upright = if upright > 0.0 { upright + 14.0 } else { 0.0 };
         let top = top + above.max(upright) + heading;
@@ -145,7 +156,7 @@ fn key_rows(figure: &PlotColumn) -> Vec<Vec<&Curve>> {
         if curve.name.is_empty() || known {
             continue;
         }
-        let width = 39.0 + text_width(&curve.name, LABEL_SIZE);
+        let width = entry_width(curve);
         match rows.last_mut() {
             Some(row) if width <= room => row.push(curve),
             _ => {
@@ -156,6 +167,11 @@ fn key_rows(figure: &PlotColumn) -> Vec<Vec<&Curve>> {
         room -= width;
     }
     rows
+}
+
+/// Width of a curve's sign and name with the space behind them.
+fn entry_width(curve: &Curve) -> f64 {
+    39.0 + text_width(&curve.name, LABEL_SIZE)
 }
 
 /// A curve's sign and name; returns the right end.

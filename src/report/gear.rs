@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::figure::Figure;
 use super::gear_plot;
+use super::helical_view::helical_view;
 use super::number_format::significant;
 use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
@@ -135,7 +136,11 @@ impl Presentation for GearAnswer<'_> {
     }
 
     fn views(&self) -> Vec<View> {
-        vec![teeth_view(&self.result.pair, &self.result.path)]
+        let pair = &self.result.pair;
+        let in_space = helical_view(pair, self.file.hand);
+        std::iter::once(teeth_view(pair, &self.result.path))
+            .chain(in_space)
+            .collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

@@ -130,6 +130,8 @@ pub mod stability_regions;
 
 pub mod stability_table;
 
+mod verdict_matrix;
+
 pub mod stability;
 
 pub mod measure_plot;
@@ -145,6 +147,8 @@ pub mod outline_file;
 mod gear_plot;
 
 mod teeth_view;
+
+mod helical_view;
 
 pub mod gear;
 

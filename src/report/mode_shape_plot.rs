@@ -3,7 +3,7 @@
 use super::node_layout::{LayoutNode, LinkKind, layout_nodes};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Panel,
-    TITLE_SIZE, WIDTH, hertz, render_svg, significant, ticks, truncate_label, widest,
+    TITLE_SIZE, WIDTH, hertz, render_svg, significant, text_width, ticks, truncate_label, widest,
 };
 use super::train::ratios;
 use crate::machine::components::Machine;
@@ -357,6 +357,13 @@ impl ModeShapeFigure<'_> {
             format!("θ ÷ ratio to {name}, largest = 1 (–)")
         } else {
             "θ, largest = 1 (–)".to_string()
+        };
+        // A single row of panels is lower than the whole text.
+        let fits = text_width(&label, LABEL_SIZE) < below - layout.top;
+        let label = if fits {
+            label
+        } else {
+            label.replace(", largest = 1 (–)", "")
         };
         canvas.upright(&label, (18.0, middle));
         let foot = below + layout.names + 14.0;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use serde_json::{Value, json};
 
 use super::figure::{
-    Axis, Curve, Figure, Guide, Ink, LevelMap, Mark, Plot, PlotColumn, PointLabel,
+    Axis, BLACK_INK, Curve, Figure, Guide, Ink, LevelMap, Mark, Plot, PlotColumn, PointLabel,
 };
 use super::mode_text::element_share;
 use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
@@ -162,7 +162,7 @@ fn sized_excitations(result: &RunUpResult) -> impl Iterator<Item = (usize, &Orde
 }
 
 /// Rows of a map by frequency.
-const LINES: usize = 140;
+const LINES: usize = 200;
 
 /// Response of the first output over speed and frequency.
 fn map(title: &str, result: &RunUpResult) -> PlotColumn {
@@ -243,13 +243,58 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
         curves: orders,
         labels,
         upright_labels: true,
-        ..Plot::new(across, Axis::linear("frequency, Hz").over(0.0, top))
+        ..Plot::new(across.clone(), Axis::linear("frequency, Hz").over(0.0, top))
     };
     let title = format!("{title}: {name} over the speed of {}", result.node);
     PlotColumn {
+        title,
         note: "amplitudes between computed speeds interpolated; dotted: orders, natural frequencies of the highest critical speeds".into(),
-        ..PlotColumn::one(title, plot)
+        linked: true,
+        plots: vec![plot, order_cuts(result, across, unit)],
     }
+}
+
+/// Orders drawn as curves over speed.
+const CUTS: usize = 5;
+
+/// Amplitudes of all orders together and of the strongest ones over speed, first output.
+fn order_cuts(result: &RunUpResult, across: Axis, unit: &str) -> Plot {
+    let speeds: Vec<f64> = result.speeds.iter().map(|&s| rpm(s)).collect();
+    let total = (0..speeds.len())
+        .map(|s| result.rss_amplitude(0, s))
+        .collect();
+    let total = Curve::line("all orders together", BLACK_INK, speeds.clone(), total);
+    let strongest = strongest_excitations(result).into_iter().take(CUTS);
+    let inks = [0, 1, 4, 5, 3].map(Ink::Series);
+    let cuts = strongest.zip(inks).filter_map(|((number, e), ink)| {
+        let amplitudes = result.amplitudes.first()?[number].clone()?;
+        Some(Curve::line(order_name(e), ink, speeds.clone(), amplitudes))
+    });
+    let curves: Vec<Curve> = cuts.chain([total]).collect();
+    let sizes = curves.iter().flat_map(|c| c.y.iter().copied());
+    let y = Axis::of_magnitudes(format!("amplitude, {unit}"), sizes);
+    Plot {
+        height: 200.0,
+        curves,
+        ..Plot::new(across, y)
+    }
+}
+
+/// Excitations that have a size, those with the largest amplitudes of the first output first.
+fn strongest_excitations(result: &RunUpResult) -> Vec<(usize, &OrderExcitation)> {
+    let peak = |number: usize| {
+        let column = result.amplitudes.first().and_then(|t| t[number].as_ref());
+        column.map_or(0.0, |c| c.iter().copied().fold(0.0, f64::max))
+    };
+    let mut strongest: Vec<(usize, &OrderExcitation)> = sized_excitations(result).collect();
+    strongest.sort_by(|a, b| peak(b.0).total_cmp(&peak(a.0)));
+    strongest
+}
+
+/// Order and source of an excitation.
+fn order_name(excitation: &OrderExcitation) -> String {
+    let order = (excitation.order * 1e4).round() / 1e4;
+    truncate_label(&format!("{order}× {}", excitation.source), 28)
 }
 
 /// Columns of a map at least.
@@ -294,14 +339,8 @@ const MODE_LINES: usize = 8;
 
 /// The orders with the largest amplitudes as lines `f = order n/60` up to a frequency.
 fn order_lines(result: &RunUpResult, top: f64) -> Vec<(Curve, PointLabel)> {
-    let peak = |number: usize| {
-        let column = result.amplitudes.first().and_then(|t| t[number].as_ref());
-        column.map_or(0.0, |c| c.iter().copied().fold(0.0, f64::max))
-    };
-    let mut strongest: Vec<(usize, &OrderExcitation)> = sized_excitations(result).collect();
-    strongest.sort_by(|a, b| peak(b.0).total_cmp(&peak(a.0)));
     let mut drawn: Vec<(usize, &OrderExcitation)> = Vec::new();
-    for excitation in strongest {
+    for excitation in strongest_excitations(result) {
         let order = excitation.1.order;
         let is_near =
             |other: &(usize, &OrderExcitation)| (other.1.order - order).abs() < NEAR * order;
@@ -321,8 +360,6 @@ fn order_lines(result: &RunUpResult, top: f64) -> Vec<(Curve, PointLabel)> {
     lines
         .map(|(_, e)| {
             let end = last.min(top * TAU / e.order);
-            let order = (e.order * 1e4).round() / 1e4;
-            let text = format!("{order}× {}", e.source);
             let mark = Mark::Line(0.7, LineStyle::Dotted);
             let [from, to] = [first, end].map(|s| e.order * s / TAU);
             let x = vec![rpm(first), rpm(end)];
@@ -330,7 +367,7 @@ fn order_lines(result: &RunUpResult, top: f64) -> Vec<(Curve, PointLabel)> {
             let label = PointLabel {
                 x: rpm(end),
                 y: to,
-                text: truncate_label(&text, 28),
+                text: order_name(e),
             };
             (curve, label)
         })

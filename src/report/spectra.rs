@@ -115,7 +115,7 @@ impl Presentation for LogReport<SpectrumResult> {
             true => PlotColumn::one(&self.title, spectrum_plot(&self.result)),
             false => PlotColumn {
                 title: self.title.clone(),
-                plots: maps,
+                plots: maps.into_iter().chain(speed_plot(&self.result)).collect(),
                 ..PlotColumn::default()
             },
         };
@@ -192,28 +192,54 @@ fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
     curves.into_iter().map(map).collect()
 }
 
+/// Speed of the tacho over time, where the maps are over speed.
+fn speed_plot(found: &SpectrumResult) -> Option<Plot> {
+    let curve = (found.channel_spectra.iter()).find(|c| !c.speed.is_empty())?;
+    let times = curve.spectrogram_rows.iter().map(|row| row.time_s);
+    let speeds = curve.speed.iter().map(|&s| rpm(s));
+    let line = Curve::line("", Ink::Series(0), times.collect(), speeds.collect());
+    Some(Plot {
+        height: 120.0,
+        heading: "speed".into(),
+        curves: vec![line],
+        ..Plot::new(Axis::linear("time, s"), Axis::linear("speed, rpm"))
+    })
+}
+
 /// Columns of a map over speed, at most.
 const SPEEDS: usize = 250;
+
+/// Largest distance of a row from a column of a map over speed that it fills, columns: speeds between pulses of a tacho scatter.
+const NEAR_COLUMNS: f64 = 3.0;
 
 /// Rows of equal speed averaged, by rising speed in rpm.
 fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>) {
     let ends =
         (curve.speed.iter()).fold((f64::INFINITY, 0.0f64), |(l, h), &s| (l.min(s), h.max(s)));
-    let width = (ends.1 - ends.0) / SPEEDS.min(curve.spectrogram_rows.len()).max(1) as f64;
+    let bins = SPEEDS.min(curve.spectrogram_rows.len()).max(1);
+    let width = (ends.1 - ends.0) / bins as f64;
     let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
     let mut order: Vec<usize> = (0..curve.spectrogram_rows.len()).collect();
     order.sort_by(|&a, &b| curve.speed[a].total_cmp(&curve.speed[b]));
-    let (mut speeds, mut rows) = (Vec::new(), Vec::new());
+    let mut means: Vec<(f64, Vec<f64>)> = Vec::new();
     for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
         let share = 1.0 / group.len() as f64;
-        speeds.push(group.iter().map(|&at| share * rpm(curve.speed[at])).sum());
+        let speed = group.iter().map(|&at| share * curve.speed[at]).sum();
         let mut mean = vec![0.0; curve.spectrogram_rows[group[0]].density.len()];
         for &at in group {
             let both = mean.iter_mut().zip(&curve.spectrogram_rows[at].density);
             both.for_each(|(m, d)| *m += share * d);
         }
-        rows.push(mean);
+        means.push((speed, mean));
     }
+    // Columns are even; one that no row fell into shows its neighbour, a gap of several stays.
+    let column = |k: usize| {
+        let middle = ends.0 + (k as f64 + 0.5) * width;
+        let off = |mean: &(f64, Vec<f64>)| (mean.0 - middle).abs();
+        let nearest = means.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (off(nearest) <= NEAR_COLUMNS * width).then(|| (rpm(middle), nearest.1.clone()))
+    };
+    let (speeds, rows) = (0..bins).filter_map(column).unzip();
     ("speed, rpm", speeds, rows)
 }
 
@@ -254,15 +280,12 @@ fn spectrum_plot(found: &SpectrumResult) -> Plot {
         y: line.value,
         text: text(line),
     };
-    let logarithmic = matches!(
-        found.kind,
-        SpectrumKind::Density | SpectrumKind::Multitaper | SpectrumKind::Spectrogram
-    );
-    let y = match logarithmic {
-        true => Axis::log(up),
-        false => {
-            Axis::linear(up).from_zero(spectra.iter().flat_map(|c| c.value[from..].iter().copied()))
-        }
+    let y = match found.kind {
+        SpectrumKind::Density | SpectrumKind::Multitaper => Axis::log(up),
+        _ => Axis::of_magnitudes(
+            up,
+            spectra.iter().flat_map(|c| c.value[from..].iter().copied()),
+        ),
     };
     Plot {
         curves: spectra.iter().enumerate().map(curve).collect(),

@@ -10,6 +10,7 @@ use super::stability_chart::draw_stability_chart;
 use super::stability_regions::stability_regions;
 use super::stability_table::{self, StabilityResult, count_verdicts};
 use super::table::{Table, or_blank, power};
+use super::verdict_matrix;
 use crate::base::error::Error;
 use crate::motion::floquet::stability_chart::InstabilityTongue;
 use crate::scene::Scene;
@@ -123,6 +124,8 @@ impl Presentation for StabilityReport<'_> {
             let plot = draw_stability_chart(title, chart, found.speed);
             all.push(Figure::new("chart", plot));
         }
+        let verdicts = verdict_matrix::draw(title, &self.result);
+        all.extend(verdicts.map(|drawing| Figure::new("verdicts", drawing)));
         Ok(all)
     }
 

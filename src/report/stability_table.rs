@@ -85,16 +85,7 @@ pub fn text(found: &StabilityResult) -> String {
             line
         }
     };
-    let mut methods: Vec<&str> = Vec::new();
-    let mut names: Vec<&str> = Vec::new();
-    for case in &found.cases {
-        if !methods.contains(&case.method) {
-            methods.push(case.method);
-        }
-        if !names.contains(&case.name.as_str()) {
-            names.push(&case.name);
-        }
-    }
+    let (names, methods) = cases_and_methods(&found.cases);
     let mut table = (methods.iter()).fold(Table::named(""), |t, method| t.column(method, ""));
     for name in &names {
         let cell = |method: &&str| {
@@ -102,10 +93,7 @@ pub fn text(found: &StabilityResult) -> String {
                 .cases
                 .iter()
                 .find(|c| c.name == *name && c.method == *method);
-            case.map_or(String::new(), |c| match (c.verdict, c.energy_error) {
-                (CaseVerdict::Refused, _) | (_, None) => c.verdict.name().to_string(),
-                (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),
-            })
+            case.map_or(String::new(), verdict_text)
         };
         table.row(once(name.to_string()).chain(methods.iter().map(cell)));
     }
@@ -152,6 +140,28 @@ pub fn text(found: &StabilityResult) -> String {
         count_verdicts(found, CaseVerdict::Refused),
         count_verdicts(found, CaseVerdict::Fail)
     )
+}
+
+/// Cases and methods of a study in the order in which they ran.
+pub fn cases_and_methods(cases: &[StressCase]) -> (Vec<&str>, Vec<&'static str>) {
+    let (mut names, mut methods) = (Vec::new(), Vec::new());
+    for case in cases {
+        if !names.contains(&case.name.as_str()) {
+            names.push(case.name.as_str());
+        }
+        if !methods.contains(&case.method) {
+            methods.push(case.method);
+        }
+    }
+    (names, methods)
+}
+
+/// The verdict on a case with its energy-balance error.
+pub fn verdict_text(case: &StressCase) -> String {
+    match (case.verdict, case.energy_error) {
+        (CaseVerdict::Refused, _) | (_, None) => case.verdict.name().to_string(),
+        (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),
+    }
 }
 
 /// Amplification factors of each method for the fastest and the slowest mode.

@@ -1,8 +1,7 @@
 "use strict";
 // The amplitude spectrum of the curves of a time plot over the range shown: evenly interpolated, without mean, Hann window, amplitudes of sines.
 G.amplitudes = (x, y, [from, to]) => {
-  const search = (t) => { let [low, high] = [0, x.length]; while (low < high) { const k = (low + high) >> 1; x[k] < t ? (low = k + 1) : (high = k); } return low; };
-  const [first, last] = [search(from), Math.min(search(to), x.length - 1)];
+  const [first, last] = [G.search(x, from), Math.min(G.search(x, to), x.length - 1)];
   const LEAST = 32, MOST = 1 << 20;
   if (last - first < LEAST) return null;
   let count = LEAST;
@@ -42,8 +41,6 @@ G.amplitudes = (x, y, [from, to]) => {
 
 // A button that shows the spectrum below its plot; it follows the zoom.
 G.spectrumButton = (plot, host) => {
-  const button = G.element("button", "spectrum");
-  button.type = "button";
   let box = null;
   const clear = () => { const k = G.plots.findIndex((p) => p.host === box); if (k >= 0) G.plots.splice(k, 1); box?.remove(); };
   const draw = () => {
@@ -59,12 +56,12 @@ G.spectrumButton = (plot, host) => {
     const unit = plot.y.label.split(", ").at(-1);
     G.makePlot({ ...above, curves, x: { ...axis, label: "frequency, Hz" }, y: { ...axis, log: true, label: `amplitude, ${unit}`, factor: plot.y.factor }, height: 200, heading: `spectrum of ${plot.heading || plot.y.label}`, empty: "too few points are shown for a spectrum" }, box, null, plot.name + ".spectrum", true);
   };
-  button.setAttribute("aria-pressed", "false");
-  button.addEventListener("click", () => {
-    const on = button.getAttribute("aria-pressed") === "false";
-    button.setAttribute("aria-pressed", String(on));
+  const button = G.button("spectrum", () => {
+    const on = button.ariaPressed === "false";
+    button.ariaPressed = String(on);
     plot.follow = on ? draw : undefined;
     on ? draw() : clear();
   });
+  button.ariaPressed = "false";
   return button;
 };

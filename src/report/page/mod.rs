@@ -1,6 +1,7 @@
 //! Reports as one HTML page that opens without a network: tables, interactive figures, warnings, steps.
 
 mod column;
+mod compact;
 mod figure_json;
 
 use std::collections::BTreeSet;
@@ -72,14 +73,15 @@ impl Section {
         }
     }
 
-    /// The title of its scene, else of its first figure with one, else its heading.
+    /// The title of its scene, else of its first figure with one, else the first line of its text.
     pub fn title(&self) -> &str {
         let figures = self.figures.iter().map(|figure| match &figure.content {
             FigureContent::Plots(plots) => plots.title.as_str(),
             FigureContent::Drawing(_) => "",
         });
         let mut all = std::iter::once(self.title.as_str()).chain(figures);
-        all.find(|t| !t.is_empty()).unwrap_or(&self.heading)
+        let first_line = self.text.lines().next().unwrap_or(&self.heading);
+        all.find(|t| !t.is_empty()).unwrap_or(first_line)
     }
 
     /// Whether a plot has a spectrum.
@@ -128,12 +130,15 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     let data = data.to_string().replace('<', "\\u003c");
     let parts = [
         ("{{title}}", escape(title)),
-        ("{{style}}", format!("{PLOT_STYLE}\n{STYLE}")),
+        (
+            "{{style}}",
+            format!("{PLOT_STYLE}\n{}", compact::style(STYLE)),
+        ),
         ("{{licence}}", PLOT_LICENCE.to_string()),
         ("{{data}}", data),
         ("{{columns}}", columns.elements()),
         ("{{plot_script}}", PLOT_SCRIPT.to_string()),
-        ("{{script}}", compact(SCRIPT)),
+        ("{{script}}", compact::script(SCRIPT)),
         ("{{kinds}}", kind_scripts(&kinds, over_time)),
     ];
     fill(TEMPLATE, &parts)
@@ -150,20 +155,6 @@ fn kind_script(kind: ViewKind) -> &'static str {
     }
 }
 
-/// A script without indentation, lines of comments and spaces about some operators.
-fn compact(script: &str) -> String {
-    let lines = script.lines().map(str::trim);
-    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
-    let tight = |line: &str| {
-        [" => ", " === ", " && "]
-            .into_iter()
-            .fold(line.to_string(), |text, sign| {
-                text.replace(sign, sign.trim())
-            })
-    };
-    kept.map(|line| tight(line) + "\n").collect()
-}
-
 /// The elements with the scripts of the spectrum and of the kinds of views of a page.
 fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
     let player = (!kinds.is_empty()).then_some(PLAYER_SCRIPT);
@@ -173,7 +164,7 @@ fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
     let all = (spectrum.into_iter().chain(player))
         .chain(space)
         .chain(kinds.iter().map(|k| kind_script(*k)));
-    all.map(|script| format!("<script>\n{}</script>\n", compact(script)))
+    all.map(|script| format!("<script>\n{}</script>\n", compact::script(script)))
         .collect()
 }
 

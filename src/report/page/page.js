@@ -10,12 +10,20 @@
     if (className) made.className = className;
     return made;
   };
+  const button = (text, act, title = "") => {
+    const made = element("button", text);
+    Object.assign(made, { type: "button", title });
+    made.addEventListener("click", act);
+    return made;
+  };
   const colour = (name) => getComputedStyle(root).getPropertyValue(name).trim();
 
   // Columns: differences of bit patterns, bytes ordered by significance, deflated, in base 64.
   const columns = new Map();
   function inflated(id) {
-    const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+    const text = atob(document.getElementById(id).textContent);
+    const packed = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
     return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw")));
   }
   const textOf = async (value) => (typeof value === "string" ? value : inflated("text" + value.text).text());
@@ -41,7 +49,9 @@
     if (Array.isArray(value)) return value.map((v) => (v === null ? NaN : v));
     if (value.grid) {
       const [first, last, count] = value.grid;
-      return Float64Array.from({ length: count }, (_, i) => first + ((last - first) * i) / (count - 1));
+      const even = new Float64Array(count);
+      for (let i = 0; i < count; i++) even[i] = first + ((last - first) * i) / (count - 1);
+      return even;
     }
     return column(value);
   }
@@ -56,10 +66,10 @@
   }
 
   // Numbers of tips and axes.
-  const number = (x) => {
+  const number = (x, digits = 6) => {
     if (!Number.isFinite(x)) return "–";
     const size = Math.abs(x);
-    const text = size !== 0 && (size < 1e-4 || size >= 1e7) ? x.toExponential(4).replace(/\.?0+e/, "e").replace("e+", "e") : String(Number(x.toPrecision(6)));
+    const text = size !== 0 && (size < 1e-4 || size >= 1e7) ? x.toExponential(Math.min(digits - 1, 4)).replace(/\.?0+e/, "e").replace("e+", "e") : String(Number(x.toPrecision(digits)));
     return text.replaceAll("-", "−");
   };
   const prefixed = (x, unit) => {
@@ -71,24 +81,26 @@
   // Ranges.
   function extent(lists, positive) {
     let [low, high] = [Infinity, -Infinity];
-    for (const values of lists) for (const v of values) if (Number.isFinite(v) && (!positive || v > 0)) {
+    for (const values of lists) for (let i = 0; i < values.length; i++) {
+      const v = values[i];
+      if (!Number.isFinite(v) || (positive && v <= 0)) continue;
       if (v < low) low = v;
       if (v > high) high = v;
     }
     return low <= high ? [low, high] : null;
   }
-  function wholeRange(axis, lists, tight) {
+  function wholeRange(axis, lists, tight, share = 0.05) {
     if (axis.range) return axis.range.slice();
     const found = extent(lists, axis.log);
     if (!found) return null;
     let [low, high] = found;
     if (axis.log) {
       low = Math.max(low, high * 1e-8);
-      const room = Math.max((high / low) ** 0.06, 10 ** 0.1);
+      const room = Math.max((high / low) ** (share + 0.01), 10 ** 0.1);
       return [low / room, high * room];
     }
     if (tight && low < high) return [low, high];
-    const room = high > low ? 0.05 * (high - low) : 0.05 * Math.max(Math.abs(high), 1);
+    const room = share * (high > low ? high - low : Math.max(Math.abs(high), 1));
     return [low - room, high + room];
   }
 
@@ -148,62 +160,44 @@
       curve.mark === "rings" ? ctx.stroke() : ctx.fill();
     }
   }
-  // A line; of points in rising order that share a pixel column only first, lowest, highest and last are drawn.
+  // A line. Of points in rising order, blocks that share a pixel column are drawn by their extremes.
   function drawLine(plot, ctx, curve) {
     const { x, y, rising } = curve;
     const [px, py] = [plot.toX, plot.toY];
-    let [from, to] = [0, x.length];
+    let [i, to] = [0, x.length];
     if (rising) {
       const [low, high] = plot.shown.x;
-      from = Math.max(search(x, low) - 1, 0);
+      i = Math.max(search(x, low) - 1, 0);
       to = Math.min(search(x, high) + 2, x.length);
+      curve.levels ??= extremes(y);
     }
-    if (rising && to - from > BLOCK * 1500) return drawBlocks(plot, ctx, curve, [Math.floor(from / BLOCK), Math.ceil(to / BLOCK)]);
     ctx.beginPath();
     let open = false;
-    const point = (cx, cy) => { open ? ctx.lineTo(cx, cy) : ctx.moveTo(cx, cy); open = true; };
-    if (!rising || to - from < 4000) {
-      for (let i = from; i < to; i++) {
-        const [cx, cy] = [px(x[i]), py(y[i])];
-        Number.isFinite(cx + cy) ? point(cx, cy) : (open = false);
+    const point = (cx, cy) => { if (!Number.isFinite(cx + cy)) return void (open = false); open ? ctx.lineTo(cx, cy) : ctx.moveTo(cx, cy); open = true; };
+    while (i < to) {
+      const cx = px(x[i]);
+      let [size, block] = [1, null];
+      if (rising) for (const level of curve.levels) {
+        if (i % (4 * size) || i + 4 * size > to || px(x[i + 4 * size - 1]) - cx >= 1) break;
+        [size, block] = [4 * size, level];
       }
-    } else {
-      let [pixel, low, high, last] = [NaN, Infinity, -Infinity, NaN];
-      const flush = () => {
-        if (Number.isNaN(last)) return;
-        point(pixel, low); point(pixel, high); point(pixel, last);
-      };
-      for (let i = from; i < to; i++) {
-        const cx = Math.round(px(x[i]));
-        const cy = py(y[i]);
-        if (cx !== pixel) { flush(); [pixel, low, high, last] = [cx, Infinity, -Infinity, NaN]; }
-        if (!Number.isFinite(cy)) { flush(); open = false; last = NaN; continue; }
-        [low, high, last] = [Math.min(low, cy), Math.max(high, cy), cy];
-      }
-      flush();
+      if (block) { point(cx, py(block[0][i / size])); point(cx, py(block[1][i / size])); } else point(cx, py(y[i]));
+      i += size;
     }
     ctx.stroke();
   }
-  // A very long line by the extremes of blocks of its points, each several to a pixel.
-  const BLOCK = 64;
-  function drawBlocks(plot, ctx, curve, [from, to]) {
-    const { x, y } = curve;
-    const end = (none, side) => Float64Array.from({ length: Math.ceil(y.length / BLOCK) }, (_, k) => {
-      let far = none;
-      for (let i = k * BLOCK; i < Math.min(y.length, (k + 1) * BLOCK); i++) if (side ? y[i] > far : y[i] < far) far = y[i];
-      return far;
-    });
-    curve.blocks ??= [Infinity, -Infinity].map(end);
-    ctx.beginPath();
-    let open = false;
-    for (let k = from; k < to; k++) {
-      const cx = plot.toX(x[k * BLOCK]), low = plot.toY(curve.blocks[0][k]), high = plot.toY(curve.blocks[1][k]);
-      if (!Number.isFinite(low + high)) { open = false; continue; }
-      open ? ctx.lineTo(cx, low) : ctx.moveTo(cx, low);
-      ctx.lineTo(cx, high);
-      open = true;
+  // Least and greatest values of blocks of 4, 16, 64 … points, not finite where one of them is not.
+  function extremes(y) {
+    const levels = [];
+    for (let [low, high] = [y, y]; low.length >= 1024; levels.push([low, high])) {
+      const ends = [0, 1].map(() => new Float64Array(low.length >> 2));
+      for (let k = 0, i = 0; k < ends[0].length; k++, i += 4) {
+        ends[0][k] = Math.min(low[i], low[i + 1], low[i + 2], low[i + 3]);
+        ends[1][k] = Math.max(high[i], high[i + 1], high[i + 2], high[i + 3]);
+      }
+      [low, high] = ends;
     }
-    ctx.stroke();
+    return levels;
   }
   const search = (values, x) => {
     let [low, high] = [0, values.length];
@@ -238,7 +232,7 @@
     ctx.fillStyle = colour("--text");
     for (const share of [0, 0.25, 0.5, 0.75, 1]) {
       const level = scale[0] + share * (scale[1] - scale[0]);
-      ctx.fillText(number(Number(level.toPrecision(3))), from + across + 4 * dpr, top + height * (1 - share));
+      ctx.fillText(number(level, 3), from + across + 4 * dpr, top + height * (1 - share));
     }
     ctx.save();
     ctx.translate(from + across + 46 * dpr, top + height / 2);
@@ -254,14 +248,19 @@
       ctx.fillRect(plot.toX(band.from), top, plot.toX(band.to) - plot.toX(band.from), height);
       label(plot, ctx, band.name, 0.5 * (plot.toX(band.from) + plot.toX(band.to)), top + height - 8 * devicePixelRatio, "center", "--quiet");
     }
-    ctx.lineWidth = devicePixelRatio;
-    ctx.strokeStyle = colour("--quiet");
+  }
+  // Lines at values of one axis, above a map and below curves.
+  function drawGuides(plot, ctx) {
+    const { left, top, width, height } = plot.u.bbox;
     for (const guide of plot.guides) {
+      ctx.lineWidth = devicePixelRatio;
+      ctx.strokeStyle = colour(plot.map ? "--series-6" : "--quiet");
       ctx.setLineDash(guide.dotted ? [2 * devicePixelRatio, 3 * devicePixelRatio] : []);
       ctx.beginPath();
       const at = guide.vertical ? plot.toX(guide.at) : plot.toY(guide.at);
       guide.vertical ? (ctx.moveTo(at, top), ctx.lineTo(at, top + height)) : (ctx.moveTo(left, at), ctx.lineTo(left + width, at));
       ctx.stroke();
+      if (guide.name && !guide.vertical) label(plot, ctx, guide.name, left + 6 * devicePixelRatio, at - 8 * devicePixelRatio, "left", "--text");
     }
     ctx.setLineDash([]);
   }
@@ -272,15 +271,15 @@
     ctx.setLineDash([]);
     const width = ctx.measureText(text).width;
     const { left, width: across } = plot.u.bbox;
-    // Inside the plot on both sides.
-    const [low, high] = align === "center" ? [left + width / 2, left + across - width / 2] : [left, left + across - width];
+    // In the middle of a place: inside the plot on both sides.
+    const at = align === "center" ? Math.min(Math.max(x, left + width / 2), left + across - width / 2) : x;
     ctx.lineWidth = 3 * devicePixelRatio;
-    ctx.strokeStyle = colour("--paper");
+    // Maps are dark in both themes.
+    ctx.strokeStyle = plot.map ? "#1a1a1a" : colour("--paper");
     ctx.globalAlpha = 0.8;
-    const at = Math.min(Math.max(x, low), high);
     ctx.strokeText(text, at, y);
     ctx.globalAlpha = 1;
-    ctx.fillStyle = colour(ink);
+    ctx.fillStyle = plot.map ? "#fff" : colour(ink);
     ctx.fillText(text, at, y);
   }
   // Names of points, the most important first, where they cover no other name; then names at the ends of curves.
@@ -289,13 +288,17 @@
     const place = (text, x, y, align, ink) => {
       ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
       const width = ctx.measureText(text).width;
-      const start = align === "center" ? x - width / 2 : x;
+      const { left, top, width: across, height } = plot.u.bbox;
+      const right = left + across + (align === "center" ? 0 : (plot.margin - 4) * devicePixelRatio);
+      const start = Math.min(Math.max(align === "center" ? x - width / 2 : x, left), right - width);
       const box = [start, y - 7 * devicePixelRatio, start + width, y + 7 * devicePixelRatio];
-      if (taken.some((b) => box[0] < b[2] && b[0] < box[2] && box[1] < b[3] && b[1] < box[3])) return;
+      if (taken.some((b) => box[0] < b[2] && b[0] < box[2] && box[1] < b[3] && b[1] < box[3]) || y < top || y > top + height) return false;
       taken.push(box);
-      label(plot, ctx, text, x, y, align, ink);
+      label(plot, ctx, text, start, y, "left", ink);
+      return true;
     };
     const inside = (x, y) => x >= plot.shown.x[0] && x <= plot.shown.x[1] && y >= plot.shown.y[0] && y <= plot.shown.y[1];
+    const { top, height } = plot.u.bbox;
     for (const point of plot.labels) if (inside(point.x, point.y)) {
       const [x, y] = [plot.toX(point.x), plot.toY(point.y)];
       ctx.strokeStyle = colour("--text");
@@ -304,29 +307,35 @@
       ctx.arc(x, y, 3 * devicePixelRatio, 0, 2 * Math.PI);
       ctx.stroke();
       const short = point.text.length > 42 ? point.text.slice(0, 41) + "…" : point.text;
-      place(short, x, Math.max(y - 11 * devicePixelRatio, plot.u.bbox.top + 8 * devicePixelRatio), "center", "--text");
+      // Above the point, but below one at the foot, where a curve comes from above.
+      const side = y > top + 0.8 * height && plot.curves.some((c) => c.mark === "line") ? 1 : -1;
+      place(short, x, Math.max(y + side * 11 * devicePixelRatio, top + 8 * devicePixelRatio), "center", "--text");
     }
     if (!plot.at_end) return;
     for (const curve of plot.curves) if (curve.name) {
       for (let i = curve.x.length - 1; i >= 0; i--) if (inside(curve.x[i], curve.y[i])) {
-        place(curve.name, plot.toX(curve.x[i]) + 6 * devicePixelRatio, plot.toY(curve.y[i]) - 9 * devicePixelRatio, "left", "--series-" + curve.ink);
+        const [x, y] = [plot.toX(curve.x[i]), plot.toY(curve.y[i])];
+        const offsets = x > plot.u.bbox.left + plot.u.bbox.width - 9 * devicePixelRatio ? [0, -12, 12, -24, 24, -36, 36] : [-9, 9, -22, 22, -35];
+        offsets.some((up) => place(curve.name, x + 6 * devicePixelRatio, y + up * devicePixelRatio, "left", "--series-" + curve.ink));
         break;
       }
     }
   }
 
-  function makePlot(plot, host, group, name, numbered) {
+  function makePlot(plot, host, group, name, numbered, padded = plot.map) {
+    const width = () => host.clientWidth || 1000;
+    const height = () => (plot.equal ? 620 : Math.max(plot.height, 100)) + (numbered ? 62 : 20);
     const xs = plot.curves.map((c) => c.x);
     const whole = plot.map
       ? { x: [plot.map.from[0], plot.map.to[plot.map.to.length - 1]], y: [plot.map.low, plot.map.low + plot.map.rows * plot.map.step] }
-      : { x: wholeRange(plot.x, xs, true), y: wholeRange(plot.y, plot.curves.flatMap((c) => [c.y, c.low, c.high]), false) };
+      : { x: wholeRange(plot.x, xs, true), y: wholeRange(plot.y, plot.curves.flatMap((c) => [c.y, c.low, c.high]), false, plot.labels.length ? 24 / height() : 0.05) };
     if (!whole.x || !whole.y) {
       host.append(element("p", plot.empty, "note"));
       return;
     }
-    const width = () => host.clientWidth || 1000;
-    const height = () => (plot.equal ? 620 : Math.max(plot.height, 100)) + (numbered ? 62 : 20);
     if (plot.equal) equalise(whole, (width() - 100) / 620);
+    // Room for the names of curves that end at the right.
+    plot.margin = Math.max(padded ? 84 : 24, ...plot.curves.map((c) => (plot.at_end ? Math.min(14 + 6.2 * c.name.length, 200) : 0)));
     Object.assign(plot, { name, group, whole, shown: { x: whole.x.slice(), y: whole.y.slice() }, host });
     plot.curves.forEach((c) => (c.rising = isRising(c.x)));
     plot.ink = (curve) => colour("--series-" + curve.ink);
@@ -335,13 +344,13 @@
       scale: side, label: numbered || side === "y" ? of.label : undefined, labelSize: 22, size: side === "y" ? 66 : numbered ? 40 : 12, stroke: () => colour("--text"), grid, ticks: grid,
       font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
       values: (_, splits) => splits.map((v) => (v === null || !(numbered || side === "y") ? "" : axisText(of)(v))),
-      ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high) } : {}),
+      ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high, (side === "y" ? u.over.clientHeight : u.over.clientWidth) || 400), filter: (u, splits) => splits } : {}),
       ...(of.ticks.length ? { splits: () => of.ticks } : {}),
     });
     const scale = (of, side) => ({ time: false, distr: of.log ? 3 : 1, log: 10, range: () => plot.shown[side] });
     const u = new uPlot(
       {
-        width: width(), height: height(), legend: { show: false }, padding: [8, plot.map ? 84 : 24, 0, 0],
+        width: width(), height: height(), legend: { show: false }, padding: [8, plot.margin, 0, 0],
         scales: { x: scale(plot.x, "x"), y: scale(plot.y, "y") },
         axes: [axis(plot.x, "x"), axis(plot.y, "y")],
         series: [{}, { show: true, stroke: "transparent", paths: () => null, points: { show: false } }],
@@ -349,7 +358,7 @@
         hooks: {
           drawClear: [(u) => { plot.u = u; clip(u, () => drawBehind(plot, u.ctx)); }],
           drawAxes: [(u) => { if (plot.map) { clip(u, () => drawMap(plot, u.ctx)); drawScale(plot, u.ctx); } }],
-          draw: [(u) => { plot.u = u; clip(u, () => plot.curves.forEach((c) => drawCurve(plot, u.ctx, c))); u.ctx.globalAlpha = 1; drawNames(plot, u.ctx); frame(u); }],
+          draw: [(u) => { plot.u = u; clip(u, () => drawGuides(plot, u.ctx)); clip(u, () => plot.curves.forEach((c) => drawCurve(plot, u.ctx, c))); u.ctx.globalAlpha = 1; drawNames(plot, u.ctx); frame(u); }],
           setSelect: [(u) => {
             if (u.select.width < 4 && u.select.height < 4) return;
             const { left, top, width, height } = u.select;
@@ -383,15 +392,8 @@
       if (act) { event.preventDefault(); act(); }
     });
     const tools = element("div", undefined, "tools");
-    const csv = element("button", "CSV");
-    csv.type = "button";
-    csv.addEventListener("click", () => save(plot));
-    const all = element("button", "all");
-    all.type = "button";
-    all.title = "show all (key 0)";
-    all.addEventListener("click", () => reset(plot));
     if (plot.x.label === "time, s") tools.append(G.spectrumButton(plot, host), " ");
-    tools.append(all, " ", csv);
+    tools.append(button("all", () => reset(plot), "show all (key 0)"), " ", button("CSV", () => download(plot.name + ".csv", G.csv(plot))));
     host.append(tools);
     G.plots.push(plot);
   }
@@ -428,9 +430,10 @@
     u.ctx.strokeStyle = colour("--rule");
     u.ctx.strokeRect(left, top, width, height);
   }
-  function logSplits(low, high) {
+  // Labels of a logarithmic axis: 1, 2 and 5 of each decade where there is room.
+  function logSplits(low, high, room) {
     const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-    const digits = last - first <= 3 ? [1, 2, 5] : [1];
+    const digits = room / Math.log10(high / low) > 90 ? [1, 2, 5] : [1];
     const every = Math.max(1, Math.ceil((last - first) / 9));
     const all = [];
     for (let d = first; d <= last; d += every) for (const digit of digits) all.push(digit * 10 ** d);
@@ -526,8 +529,9 @@
   const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   G.csv = (plot) => {
     if (plot.map) {
-      const rows = [[plot.x.label, plot.y.label, plot.map.label].map(cell).join(",")];
-      plot.map.from.forEach((f, i) => { for (let k = 0; k < plot.map.rows; k++) rows.push([0.5 * (f + plot.map.to[i]), plot.map.low + (k + 0.5) * plot.map.step, plot.map.levels[i * plot.map.rows + k]].join(",")); });
+      const { from, to, low, step, rows: down, levels, label } = plot.map;
+      const rows = [[plot.x.label, plot.y.label, label].map(cell).join(",")];
+      levels.forEach((level, n) => { const i = Math.floor(n / down); rows.push([0.5 * (from[i] + to[i]), low + ((n % down) + 0.5) * step, level].join(",")); });
       return rows.join("\n") + "\n";
     }
     const rows = [["curve", plot.x.label, plot.y.label].map(cell).join(",")];
@@ -535,7 +539,6 @@
     return rows.join("\n") + "\n";
   };
   const scaled = (axis, v) => (axis.factor === 1 ? v : Number((v * axis.factor).toPrecision(15)));
-  const save = (plot) => download(plot.name + ".csv", G.csv(plot));
   function tableOf(csv) {
     const MOST = 400;
     const lines = csv.trimEnd().split("\n");
@@ -602,7 +605,7 @@
       const box = element("div", undefined, "plot");
       host.append(box);
       const numbered = !figure.linked || k + 1 === figure.plots.length;
-      makePlot(plot, box, figure.linked ? name : null, `${name}.${k + 1}`, numbered);
+      makePlot(plot, box, figure.linked ? name : null, `${name}.${k + 1}`, numbered, figure.plots.some((p) => p.map));
     });
     if (figure.linked) join(G.plots.filter((p) => p.group === name));
   }
@@ -610,7 +613,7 @@
     const host = element("section");
     host.id = "part" + (k + 1);
     main.append(host);
-    if (data.sections.length > 1) host.append(element("h2", part.heading));
+    if (data.sections.length > 1) host.append(element("h2", `${k + 1} ${part.heading}`));
     if (part.warnings.length) {
       const warnings = element("ul", undefined, "warnings");
       for (const w of part.warnings) {
@@ -620,7 +623,10 @@
       }
       host.append(warnings);
     }
-    host.append(element("pre", part.text));
+    // Long sentences are wrapped, tables are not.
+    const text = element("pre");
+    for (const line of part.text.trimEnd().split("\n")) text.append(element("div", line || " ", /\S {2}/.test(line) ? "" : "prose"));
+    host.append(text);
     for (const view of part.views) {
       const box = element("div");
       host.append(element("h3", view.title), box);
@@ -633,12 +639,7 @@
       host.append(box);
     };
     const csv = await textOf(part.csv);
-    if (csv.trim()) {
-      const button = element("button", "save as CSV");
-      button.type = "button";
-      button.addEventListener("click", () => download(`part${k + 1}.csv`, csv));
-      details("table", tableOf(csv), button);
-    }
+    if (csv.trim()) details("table", tableOf(csv), button("save as CSV", () => download(`part${k + 1}.csv`, csv)));
     if (part.notes.trim()) details("what ran and what was left out", element("pre", part.notes.trim()));
   }
 
@@ -657,14 +658,14 @@
   addEventListener("afterprint", () => theme(before));
 
   // For views: the script of a kind names its drawing, which takes the data and an element.
-  Object.assign(G, { element, colour, number, shade, makePlot, tip: showTip, kind: (name, draw) => (G.kinds[name] = draw) });
+  Object.assign(G, { element, button, colour, number, search, shade, makePlot, tip: showTip, kind: (name, draw) => (G.kinds[name] = draw) });
   G.start = async () => {
     document.querySelector("h1").textContent = data.title;
     document.querySelector(".command").textContent = data.command;
     document.querySelector("footer").textContent = `geardyn ${data.version}. Drag: zoom; arrow keys, + and −: move and zoom the plot in focus; 0 or double click: all; t: light and dark.`;
     const main = document.querySelector("main");
     if (data.sections.length > 1) data.sections.forEach((part, k) => {
-      const link = element("a", part.heading);
+      const link = element("a", `${k + 1} ${part.heading}`);
       link.href = "#part" + (k + 1);
       document.querySelector("nav").append(link);
     });

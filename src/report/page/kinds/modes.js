@@ -39,7 +39,7 @@ G.kind("modes", (data, host) => {
   host.append(box);
   const damped = modes.some((m) => m.damping_ratio !== null);
   const heads = ["mode", "Hz", ...(damped ? ["ζ/%"] : []), "highest strain energy"];
-  const row = (m) => [String(m.mode), m.frequency_hz === null ? "–" : G.number(m.frequency_hz), ...(damped ? [m.damping_ratio === null ? "–" : G.number(Number((100 * m.damping_ratio).toPrecision(3)))] : []), m.dominant];
+  const row = (m) => [String(m.mode), m.frequency_hz === null ? "–" : G.number(m.frequency_hz), ...(damped ? [m.damping_ratio === null ? "–" : G.number(100 * m.damping_ratio, 3)] : []), m.dominant];
   const cell = (width) => Math.min(Math.max(width / (cells[0] + 2 * ROOM), 46), 120);
   const { canvas, ctx, fit } = G.canvas(stageBox, (width) => Math.ceil(cell(width) * (cells[1] + 2 * ROOM)));
   stageBox.append(caption);
@@ -237,7 +237,7 @@ G.kind("modes", (data, host) => {
   G.chooser(side, heads, modes.map(row), modes.findIndex((m) => !m.rigid), (k) => {
     shape = take(k);
     const m = modes[k];
-    const ratio = shape.move && shape.turn ? ` Largest displacement ${G.number(Number(((1e3 * shape.sizes.move) / shape.sizes.turn).toPrecision(3)))} µm where the largest rotation is 1 mrad.` : "";
+    const ratio = shape.move && shape.turn ? ` Largest displacement ${G.number((1e3 * shape.sizes.move) / shape.sizes.turn, 3)} µm where the largest rotation is 1 mrad.` : "";
     const divided = train.nodes[0].ratio === null ? "" : ` Rotations divided by the ratio to ${train.nodes[0].name}.`;
     caption.textContent = `Mode ${m.mode}${m.frequency_hz === null ? "" : `, ${G.number(m.frequency_hz)} Hz`}${m.rigid ? ", rigid body" : ""}: blue turns forwards while orange turns backwards, links thick by their share of the strain energy.${divided}${ratio}`;
     canvas.setAttribute("aria-label", caption.textContent);

@@ -1,5 +1,5 @@
 "use strict";
-// A bevel pair turns in mesh in space; next to it both flanks with pattern, path and the contact of the moment, and the transmission error; V and H move the pinion.
+// A bevel or helical pair turns in mesh in space; next to it both flanks with pattern, path and the contact of the moment, and the transmission error; V and H move the pinion.
 G.kind("pair", (data, host) => {
   const { members, contact, loaded } = data;
   const pitch = (2 * Math.PI) / members[0].teeth;
@@ -20,7 +20,7 @@ G.kind("pair", (data, host) => {
     return { input, label, text };
   };
   const angle = control("range", "angle", { min: 0, max: 1, step: 0.001, value: 0.5 });
-  const through = control("checkbox", "gear see-through", { checked: true });
+  const through = control("checkbox", "gear see-through", { checked: !data.middle_m });
   const near = control("checkbox", "near the contact", {});
   const readout = G.element("p", "", "note");
 
@@ -28,7 +28,7 @@ G.kind("pair", (data, host) => {
   const far = members.map((m) => { let most = 0; for (let i = 0; i < m.surface.points.length; i++) most = Math.max(most, Math.abs(m.surface.points[i])); return most; });
   const axisOf = (m) => m.rotation.slice(6, 9);
   const middle = [0, 1, 2].map((k) => 0.15 * (axisOf(members[0])[k] * far[0]) + 0.1 * axisOf(members[1])[k] * far[1]);
-  const home = { yaw: 0.7, tilt: 0.55, zoom: 1, centre: middle, size: 1.95 * Math.max(...far), up: axisOf(members[1]) };
+  const home = { yaw: 0.7, tilt: 0.55, zoom: 1, centre: data.middle_m ?? middle, size: data.size_m ?? 1.95 * Math.max(...far), up: axisOf(members[1]) };
   const space = G.space(left, (width) => Math.round(Math.min(0.85 * width, 520)), home);
   space.canvas.setAttribute("aria-label", `Pinion of ${members[0].teeth} teeth (blue) and gear of ${members[1].teeth} teeth (orange) in mesh. Arrow keys turn the view, + and − zoom, 0 shows all.`);
   const bodies = members.map((m) => {
@@ -89,7 +89,7 @@ G.kind("pair", (data, host) => {
   function choose() {
     if (!contact) return;
     for (const s of [v, h]) {
-      const shown = `${G.number(Number((1e3 * s.values[s.input.value]).toPrecision(3)))} mm`;
+      const shown = `${G.number(1e3 * s.values[s.input.value], 3)} mm`;
       s.text.textContent = `${s === v ? "V, offset" : "H, pinion axial"} ${shown}`;
       s.input.setAttribute("aria-valuetext", shown);
     }
@@ -142,7 +142,7 @@ G.kind("pair", (data, host) => {
   }
 
   const CURVE = 96, ROOM = 20, EDGE = 8;
-  const flat = members.map((m) => {
+  const flat = (contact ? members : []).map((m) => {
     const [xs, ys] = [0, 1].map((k) => m.corners_m.map((p) => p[k]));
     return { x: Math.min(...xs), y: Math.max(...ys), wide: Math.max(...xs) - Math.min(...xs), high: Math.max(...ys) - Math.min(...ys) };
   });

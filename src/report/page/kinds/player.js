@@ -3,8 +3,7 @@
 G.player = (host, draw, period) => {
   const PAUSE = 1000 / 30;
   const view = { phase: 0, frames: 0, visible: false, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches };
-  const button = G.element("button");
-  button.type = "button";
+  const button = G.button("", () => set(!view.playing));
   const runs = () => view.playing && view.visible && !document.hidden;
   const show = () => { view.frames++; draw(view.phase); };
   let [last, waiting] = [0, false];
@@ -29,7 +28,6 @@ G.player = (host, draw, period) => {
     button.setAttribute("aria-pressed", String(playing));
     request();
   }
-  button.addEventListener("click", () => set(!view.playing));
   new IntersectionObserver((entries) => { view.visible = entries.at(-1).isIntersecting; request(); }).observe(host);
   document.addEventListener("visibilitychange", request);
   G.redraws.push(show);

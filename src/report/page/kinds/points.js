@@ -74,7 +74,7 @@ G.kind("points", (data, host) => {
   }
 
   const damped = modes.some((m) => m.damping_ratio !== null);
-  const row = (m) => [String(m.mode), G.number(Number(m.frequency_hz.toPrecision(6))), ...(damped ? [m.damping_ratio === null ? "–" : G.number(Number((100 * m.damping_ratio).toPrecision(3)))] : [])];
+  const row = (m) => [String(m.mode), G.number(m.frequency_hz), ...(damped ? [m.damping_ratio === null ? "–" : G.number(100 * m.damping_ratio, 3)] : [])];
   const player = G.player(box, draw, 2);
   side.before(player.button);
   function turn(across, up) {
@@ -86,7 +86,7 @@ G.kind("points", (data, host) => {
   canvas.addEventListener("pointermove", (event) => {
     if (event.buttons & 1) return turn(event.movementX / 150, event.movementY / 150);
     const near = spots.findIndex(([x, y]) => Math.hypot(event.offsetX - x, event.offsetY - y) < 8);
-    const value = ([re, im]) => `${G.number(Number(re.toPrecision(3)))} + ${G.number(Number(im.toPrecision(3)))} i`;
+    const value = ([re, im]) => `${G.number(re, 3)} + ${G.number(im, 3)} i`;
     G.tip(near < 0 ? "" : `${points[near]}\n${measured[near] ? ["x", "y", "z"].map((axis, k) => `${axis}: ${value(shape[3 * near + k])}`).join("\n") : "not measured"}`, event);
   });
   canvas.addEventListener("pointerleave", (event) => G.tip("", event));
@@ -97,7 +97,7 @@ G.kind("points", (data, host) => {
   });
   G.chooser(side, ["mode", "Hz", ...(damped ? ["ζ/%"] : [])], modes.map(row), 0, (k) => {
     shape = take(k);
-    caption.textContent = `Mode ${modes[k].mode}, ${G.number(Number(modes[k].frequency_hz.toPrecision(6)))} Hz: grey at rest; rings are points that were not measured. Drag or ← → ↑ ↓ turn, a double click turns back.`;
+    caption.textContent = `Mode ${modes[k].mode}, ${G.number(modes[k].frequency_hz)} Hz: grey at rest; rings are points that were not measured. Drag or ← → ↑ ↓ turn, a double click turns back.`;
     canvas.setAttribute("aria-label", caption.textContent);
     player.phase = 0;
     player.show();

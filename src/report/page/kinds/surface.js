@@ -42,7 +42,7 @@ G.kind("surface", (data, host) => {
     const corner = (i, j) => { const v = s.values_um[i * s.columns + j]; return Number.isFinite(v) ? number(v) + " µm" : "none"; };
     const [top, end] = [s.rows - 1, s.columns - 1];
     const exaggerated = Math.round((SHARE * length * 1e6) / range);
-    caption.textContent = `${s.names.join(", ")}: ${data.quantity}. Drawn ${G.number(Number(exaggerated.toPrecision(2)))} times larger than the face${up > 1 ? `, the tooth ${number(up)} times higher` : ""}. Root at toe ${corner(0, 0)}, root at heel ${corner(0, end)}, tip at toe ${corner(top, 0)}, tip at heel ${corner(top, end)}. At first the toe is left and the root in front.`;
+    caption.textContent = `${s.names.join(", ")}: ${data.quantity}. Drawn ${G.number(exaggerated, 2)} times larger than the face${up > 1 ? `, the tooth ${number(up)} times higher` : ""}. Root at toe ${corner(0, 0)}, root at heel ${corner(0, end)}, tip at toe ${corner(top, 0)}, tip at heel ${corner(top, end)}. At first the toe is left and the root in front.`;
     space.canvas.setAttribute("aria-label", caption.textContent + " Arrow keys turn the view.");
     show();
   }

@@ -83,7 +83,7 @@ G.kind("teeth", (data, host) => {
     const touching = contacts(turn);
     drawPath(at, touching);
     slider.value = phase;
-    readout.textContent = `pinion at ${G.number(Number(((phase * 360) / pinion.teeth).toPrecision(3)))}°, ${touching.length} tooth pair${touching.length === 1 ? "" : "s"} in contact in this plane`;
+    readout.textContent = `pinion at ${G.number((phase * 360) / pinion.teeth, 3)}°, ${touching.length} tooth pair${touching.length === 1 ? "" : "s"} in contact in this plane`;
   }
   const onPath = (d) => [d * Math.cos(data.pressure_angle_rad), d * Math.sin(data.pressure_angle_rad)];
   // Distances from the pitch point of the pairs that touch.

@@ -1,0 +1,137 @@
+//! The view of a helical pair in space: one pitch of each gear as outlines along the face, turned by `2π z/p_z`, and the places of both axes.
+
+use std::f64::consts::TAU;
+
+use serde_json::{Value, json};
+
+use super::view::{View, ViewKind};
+use crate::gear::cylindrical::gear_outline::OutlineSteps;
+use crate::gear::cylindrical::pair::Pair;
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::laws::Hand;
+
+/// Steps of the drawn teeth.
+const STEPS: OutlineSteps = OutlineSteps {
+    fillet: 4,
+    involute: 6,
+    land: 3,
+};
+
+/// Outlines along the face.
+const SLICES: usize = 9;
+
+/// Thickness of the rim below the root, normal modules.
+const RIM: f64 = 2.5;
+
+/// Least radius of the bore, as a share of the root radius.
+const LEAST_BORE: f64 = 0.3;
+
+/// Digits of a coordinate, relative to a metre: 0.1 µm.
+const DIGITS: f64 = 1e7;
+
+/// The view of a helical pair whose teeth touch at the pitch point in the middle of the face; none of spur gears.
+pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
+    let internal = pair.members[1].gear.internal;
+    let teeth = pair.polygons_in_mesh([0..1, 0..1], STEPS);
+    let axes = [
+        0.0,
+        if internal { -1.0 } else { 1.0 } * pair.centre_distance,
+    ];
+    let ratio = if internal { 1.0 } else { -1.0 } / pair.ratio();
+    let radii = pair.outlines.map(|o| o.tip_radius.max(o.root_radius));
+    let lead = lead(pair)?;
+    let twist = TAU / lead * if hand == Hand::Right { 1.0 } else { -1.0 };
+    let member = |k: usize| -> Value {
+        let outline: Vec<[f64; 2]> = teeth[k].iter().map(|p| [p[0] - axes[k], p[1]]).collect();
+        // Both turn together as they do in mesh.
+        let twist = if k == 0 { twist } else { ratio * twist };
+        let rings = rings(pair, k, &outline, twist);
+        json!({
+            "name": MEMBERS[k],
+            "teeth": pair.members[k].gear.teeth,
+            "surface": { "points": rings, "rings": SLICES + 2, "closed": true, "turn_rad": 0.0 },
+            "rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1],
+            "start_rad": 0.0,
+        })
+    };
+    let ends = [0, 1].map(|k| [axes[k] - radii[k], axes[k] + radii[k]]);
+    let [low, high] = [ends[0][0].min(ends[1][0]), ends[0][1].max(ends[1][1])];
+    Some(View {
+        kind: ViewKind::Pair,
+        title: "Gears in space".into(),
+        replaces: &[],
+        data: json!({
+            "members": [member(0), member(1)],
+            "centres_m": axes.map(|x| [x, 0.0, 0.0]),
+            "middle_m": [0.5 * (low + high), 0.0, 0.0],
+            "size_m": high - low,
+            "ratio": ratio,
+        }),
+    })
+}
+
+/// Lead of the pinion's flanks, m: `p_z = π z m_n / sin β` (ISO 21771-1:2024); none of spur gears.
+fn lead(pair: &Pair) -> Option<f64> {
+    let gear = pair.members[0].gear;
+    let sine = gear.helix.sin().abs();
+    (sine > 0.0).then(|| 0.5 * TAU * f64::from(gear.teeth) * gear.module / sine)
+}
+
+/// Points of a pitch: outlines along the face, then the rim at both ends, `[x, y, z]` about the axis of the gear.
+fn rings(pair: &Pair, k: usize, outline: &[[f64; 2]], twist: f64) -> Vec<f64> {
+    let (member, shape) = (&pair.members[k], &pair.outlines[k]);
+    let rim = match member.gear.internal {
+        true => shape.root_radius + RIM * member.gear.module,
+        false => (shape.root_radius - RIM * member.gear.module).max(LEAST_BORE * shape.root_radius),
+    };
+    let height = |slice: usize| member.face_width * (slice as f64 / (SLICES - 1) as f64 - 0.5);
+    let outlines = (0..SLICES).map(|slice| (height(slice), None));
+    let ends = [(height(SLICES - 1), Some(rim)), (height(0), Some(rim))];
+    let points = outlines.chain(ends).flat_map(|(z, radius)| {
+        let (sin, cos) = (twist * z).sin_cos();
+        outline.iter().flat_map(move |[x, y]| {
+            let scale = radius.map_or(1.0, |r| r / x.hypot(*y));
+            [scale * (cos * x - sin * y), scale * (sin * x + cos * y), z]
+        })
+    });
+    points.map(|v| (v * DIGITS).round() / DIGITS).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::flags::Flags;
+    use crate::base::source_span::SourceFile;
+    use crate::scene::gear_file;
+    use std::sync::Arc;
+
+    /// Along the face the outline of the pinion turns by `b tan β/r`, that of the gear by as much of its pitch circle the other way.
+    #[test]
+    fn exact_outlines_turn_by_the_lead() {
+        let source = SourceFile {
+            path: "helical.toml".into(),
+            text: include_str!("../../models/gears/helical.toml").into(),
+            first_line: 1,
+        };
+        let file = gear_file::read(&Arc::new(source), &Flags::default()).unwrap();
+        let pair = Pair::new(file.members, file.centre_distance).unwrap();
+        let view = helical_view(&pair, Hand::Right).unwrap();
+        let turn = |k: usize| -> f64 {
+            let surface = &view.data["members"][k]["surface"];
+            let all = surface["points"].as_array().unwrap();
+            let all: Vec<f64> = all.iter().map(|v| v.as_f64().unwrap()).collect();
+            let of_ring = all.len() / (SLICES + 2);
+            let angle = |ring: usize| all[ring * of_ring + 1].atan2(all[ring * of_ring]);
+            let turn = angle(SLICES - 1) - angle(0);
+            (turn + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU
+        };
+        let [pinion, gear] = pair.members.map(|m| m.gear);
+        let expected =
+            pair.members[0].face_width * pinion.helix.tan() * 2.0 / pinion.reference_diameter();
+        assert!((turn(0) - expected).abs() < 2e-6, "{} {expected}", turn(0));
+        let rolled = -f64::from(pinion.teeth) / f64::from(gear.teeth) * expected;
+        assert!((turn(1) - rolled).abs() < 2e-6, "{} {rolled}", turn(1));
+        let ratio = view.data["ratio"].as_f64().unwrap();
+        assert!((ratio + 24.0 / 95.0).abs() < 1e-15, "{ratio}");
+    }
+}
