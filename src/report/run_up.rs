@@ -16,6 +16,7 @@ use super::svg::{LineStyle, truncate_label};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
+use crate::numeric::sorting::sort_falling;
 use crate::plan::response::run_up::RunUpResult;
 use crate::response::excitation::OrderExcitation;
 
@@ -287,7 +288,7 @@ fn strongest_excitations(result: &RunUpResult) -> Vec<(usize, &OrderExcitation)>
         column.map_or(0.0, |c| c.iter().copied().fold(0.0, f64::max))
     };
     let mut strongest: Vec<(usize, &OrderExcitation)> = sized_excitations(result).collect();
-    strongest.sort_by(|a, b| peak(b.0).total_cmp(&peak(a.0)));
+    sort_falling(&mut strongest, |a| peak(a.0));
     strongest
 }
 

@@ -10,6 +10,7 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::spectrum_table::{self, decibels};
 use super::table::{Table, exact};
 use crate::base::error::Error;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::plan::logs::order_cuts::rpm;
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumKind, SpectrumResult,
@@ -220,7 +221,7 @@ fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>
     let width = (ends.1 - ends.0) / bins as f64;
     let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
     let mut order: Vec<usize> = (0..curve.spectrogram_rows.len()).collect();
-    order.sort_by(|&a, &b| curve.speed[a].total_cmp(&curve.speed[b]));
+    sort_rising(&mut order, |&a| curve.speed[a]);
     let mut means: Vec<(f64, Vec<f64>)> = Vec::new();
     for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
         let share = 1.0 / group.len() as f64;
@@ -262,7 +263,7 @@ fn spectrum_plot(found: &SpectrumResult) -> Plot {
         kind_of => format!("{}{unit_of_values}", kind(kind_of)),
     };
     let mut strongest: Vec<&LabelledPeak> = spectra.iter().flat_map(|c| &c.peaks).collect();
-    strongest.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    sort_falling(&mut strongest, |a| a.amplitude);
     strongest.truncate(LABELS);
     let text = |line: &LabelledPeak| match line.names.first() {
         Some(name) => format!("{} {name}", four_digits(line.position)),

@@ -12,6 +12,7 @@ use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::tool::{Arc, Line, Tool};
+use crate::numeric::sorting::sort_rising;
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
 pub const BLADE_DEPTHS: f64 = 3.0;
@@ -108,7 +109,7 @@ impl BevelFlank {
     /// Parameters `[s, θ, φ_c]` of the flank at `[z, radius]`, without hints; of several the part that no undercut removes.
     pub fn find(&self, place: [f64; 2]) -> Option<[f64; 3]> {
         let mut starts = self.scan(place);
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_rising(&mut starts, |a| a.0);
         let [from, to] = self.envelope.surface.range();
         let on_blade = |at: &[f64; 3]| from <= at[0] && at[0] <= to && at[2].abs() <= CRADLE_RANGE;
         let tried = starts.iter().take(STARTS);

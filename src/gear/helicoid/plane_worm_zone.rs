@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::plane_worm::{PlaneWorm, PlaneWormContact};
+use crate::numeric::sorting::sort_rising;
 
 /// Points of a line across the tooth, and of the curve between both parts.
 const ROWS: u32 = 120;
@@ -73,7 +74,7 @@ impl PlaneWormZone {
             .flat_map(|eta| pair.second_contacts(wheel_turn, eta))
             .filter(|contact| self.holds(pair, contact))
             .collect();
-        line.sort_by(|a, b| a.in_wheel.y.total_cmp(&b.in_wheel.y));
+        sort_rising(&mut line, |a| a.in_wheel.y);
         line
     }
 

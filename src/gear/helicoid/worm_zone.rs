@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::worm_pair::{WormContact, WormPair};
+use crate::numeric::sorting::sort_rising;
 
 /// Radii of a line of contact.
 const ROWS: usize = 40;
@@ -85,7 +86,7 @@ impl WormZone {
             })
             .filter(|contact| self.holds(contact))
             .collect();
-        points.sort_by(|a, b| a.azimuth.total_cmp(&b.azimuth));
+        sort_rising(&mut points, |a| a.azimuth);
         ContactLine { worm_turn, points }
     }
 

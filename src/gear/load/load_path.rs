@@ -6,6 +6,7 @@
 use super::loaded_lines::{LineLoads, LoadedLines, too_wide};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 
 /// Torque from which the load is raised, in the last: single cells carry there.
 const START: f64 = 1e-3;
@@ -83,7 +84,7 @@ impl LoadedLines {
                 begins: after.active[n],
             })
             .collect();
-        changes.sort_by(|a, b| a.torque.total_cmp(&b.torque));
+        sort_rising(&mut changes, |a| a.torque);
         Ok(changes)
     }
 }
