@@ -2,14 +2,14 @@
 
 use super::args::ResponseArgs;
 use super::present::{self, Outputs};
-use super::{progress, run_scene};
+use super::progress;
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::harmonic_balance::{self, HarmonicBalanceResult};
 use crate::plan::response::run::{self, ResponseResult};
 use crate::plan::response::run_up::{self, RunUpResult};
 use crate::report::presentation::StudyReport;
-use crate::scene::study::{HarmonicBalanceStudy, ResponseStudy, RunUpStudy, StudyKind};
+use crate::scene::study::{HarmonicBalanceStudy, ResponseStudy, RunUpStudy};
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -18,20 +18,21 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let flags = &args.study.flags;
-    let (study, figures): (_, &[&str]) = if args.study.has("harmonic-balance") {
-        (StudyKind::HarmonicBalance(scene.study(flags)?), &[""])
+    let (flags, quiet) = (&args.study.flags, args.out.quiet || args.out.json);
+    let outputs = |figures: &[&str]| Outputs::check(&args.out, figures, &[], &scene.files());
+    let machine = || PreparedMachine::new(&scene.model);
+    if args.study.has("harmonic-balance") {
+        let (study, outputs, machine) = (scene.study(flags)?, outputs(&[""])?, machine()?);
+        outputs.present(&periodic(&scene, &machine, &study, quiet)?)
     } else if args.study.has("run-up") {
-        (StudyKind::RunUp(scene.study(flags)?), &[""])
+        let (study, outputs, machine) = (scene.study(flags)?, outputs(&[""])?, machine()?);
+        outputs.present(&over_speed(&scene, &machine, &study, quiet)?)
     } else {
-        (StudyKind::Response(scene.study(flags)?), &["", "nyquist"])
-    };
-    let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
-    let machine = PreparedMachine::new(&scene.model)?;
-    let quiet = args.out.quiet || args.out.json;
-    let drawn = outputs.shows_figures();
-    let (_, report) = run_scene::report(&scene, &machine, &study, drawn, quiet)?;
-    outputs.present(&*report)
+        let figures = &["", "nyquist"];
+        let (study, outputs, machine) = (scene.study(flags)?, outputs(figures)?, machine()?);
+        let drawn = outputs.shows_figures();
+        outputs.present(&over_frequency(&scene, &machine, &study, drawn, quiet)?)
+    }
 }
 
 /// Frequency responses; `drawn`: figures are wanted.

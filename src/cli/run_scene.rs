@@ -108,10 +108,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
 }
 
 /// The result of a study, with the name of its kind; `drawn`: figures are wanted.
-///
-/// # Errors
-/// Whatever is wrong with the machine, the study or the solution.
-pub fn report<'a>(
+fn report<'a>(
     scene: &'a Scene,
     machine: &'a PreparedMachine,
     study: &StudyKind,

@@ -64,7 +64,7 @@ impl ProfileMatrix {
         let mut product = vec![0.0; x.len()];
         for i in 0..self.rows() {
             let (begin, row) = self.row(i);
-            product[i] += dot(row, &x[begin..]);
+            product[i] += dot(row, &x[begin..=i]);
             let above = product[begin..i].iter_mut().zip(row);
             above.for_each(|(p, a)| *p += a * x[i]);
         }
@@ -86,7 +86,7 @@ impl ProfileMatrix {
                 let (other_begin, other) = factor.row(j);
                 let common = begin.max(other_begin);
                 let left = &row[common - begin..j - begin];
-                let product = dot(left, &other[common - other_begin..]);
+                let product = dot(left, &other[common - other_begin..j - other_begin]);
                 row[j - begin] = (row[j - begin] - product) / other[j - other_begin];
             }
             let pivot = row[i - begin] - dot(&row[..i - begin], &row[..i - begin]);

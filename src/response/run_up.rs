@@ -44,7 +44,7 @@ struct OrderInput {
     order: f64,
     /// Inputs with their complex amplitudes.
     inputs: Vec<(usize, Complex)>,
-    /// Its size is declared, or assumed of all.
+    /// Whether its size is declared, or assumed of all.
     has_size: bool,
 }
 

@@ -44,13 +44,13 @@ mod friction;
 
 pub mod screws;
 
-pub mod gear_file;
-
 pub mod gear_kind;
 
 mod gear_member;
 
 pub mod mesh_table;
+
+pub mod gear_file;
 
 mod named_gear_file;
 

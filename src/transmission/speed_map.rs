@@ -47,12 +47,12 @@ impl SpeedMap {
             amplitudes,
             is_undamped: false,
         };
-        map.look_between(transfer, model, lines, ratio);
+        map.raise_at_resonances(transfer, model, lines, ratio);
         Ok(map)
     }
 
     /// Raises the largest amplitudes to those at resonances between the speeds.
-    fn look_between(
+    fn raise_at_resonances(
         &mut self,
         transfer: &ErrorTransfer,
         model: &OperatingModel,

@@ -66,7 +66,7 @@ enum Gap {
 }
 
 impl Gap {
-    /// What stays of the gap between two characters.
+    /// The rest of the gap between two characters.
     fn between(self, before: char, after: char) -> &'static str {
         let goes_on = ";{,([\n:?&|=+-*<>".contains(before);
         let is_sign = |c: char| c == '+' || c == '-';
