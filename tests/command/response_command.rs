@@ -521,12 +521,14 @@ fn figures_of_page(path: &str) -> Value {
 fn keeps_curves_in_pages_and_in_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
-    let (scene, page, svg) = (path("one.toml"), path("one.html"), path("one.svg"));
-    let study = "[[study]]\nkind = \"response\"\nband = \"0:8\"\ninputs = [\"disc\"]\noutputs = [\"disc\"]\n";
-    std::fs::write(&scene, format!("{ONE}{study}")).unwrap();
+    let (scene, page, svg) = (path("scene.toml"), path("one.html"), path("one.svg"));
+    let study = "model = \"one.toml\"\n[[study]]\nkind = \"response\"\nband = \"0:8\"\ninput = [\"disc\"]\noutput = [\"disc\"]\n";
+    std::fs::write(path("one.toml"), ONE).unwrap();
+    std::fs::write(&scene, study).unwrap();
     let (both, run) = (path("both.html"), path("run.html"));
     geardyn(&["response", &scene, "--html", &page]);
     geardyn(&["response", &scene, "--html", &both, "--svg", &svg]);
+    std::fs::create_dir(path("figures")).unwrap();
     geardyn(&["run", &scene, "--html", &run, "--svg", &path("figures")]);
     let figures = figures_of_page(&both);
     assert!(figures[0]["plots"][0]["y"]["range"].is_array(), "{figures}");
