@@ -1,6 +1,8 @@
 //! Bevel and hypoid flanks at the extremes: pinions of five teeth, ratios 1 and 100, no and large offset, roots near a cusp: whole flanks, or the
 //! limit that they meet.
 
+use std::f64::consts::FRAC_PI_2;
+
 use geardyn::internals::gear::bevel::blank::Blank;
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
@@ -104,7 +106,12 @@ fn outcomes(teeth: &[[u32; 2]], offsets: &[f64], shaft_angles: &[f64]) -> ([u32;
                             false => Hand::Right,
                         };
                         for blade in [Blade::Inside, Blade::Outside] {
-                            match outcome(blank, RADIUS, spiral.abs(), hand, blade) {
+                            let outcome = outcome(blank, RADIUS, spiral.abs(), hand, blade);
+                            // The generating gear of an internal gear may lie in its metal: then no part of the flank remains.
+                            if blank.pitch_angle > FRAC_PI_2 + 1e-9 {
+                                continue;
+                            }
+                            match outcome {
                                 Outcome::Whole => found[0] += 1,
                                 Outcome::Undercut => found[1] += 1,
                                 Outcome::Missed | Outcome::Unreached => {

@@ -123,6 +123,6 @@ G.kind("teeth", (data, host) => {
   bar.append(player.button, " ", slider, " ", label, " ", readout);
   slider.addEventListener("input", () => { player.set(false); player.phase = Number(slider.value); player.show(); });
   whole.addEventListener("change", () => player.show());
-  host.append(G.element("p", `Blue: pinion, ${pinion.teeth} teeth, drives; orange: gear, ${gear.teeth} teeth. Dotted: base circles; chained: pitch circles; black: path of contact; green: where flanks touch.`, "note"));
+  host.append(G.element("p", `Blue: pinion, ${pinion.teeth} teeth, drives; orange: gear, ${gear.teeth} teeth. Dotted: base circles; chained: pitch circles; A to E: path of contact; green: where flanks touch.`, "note"));
   player.show();
 });
