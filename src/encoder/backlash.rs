@@ -7,6 +7,7 @@ use super::fit::add;
 use super::flank::{FALSE_ALARM_RATE, FlankEvaluation, OrderEstimate};
 use super::orders::CandidateOrder;
 use crate::numeric::Complex;
+use crate::numeric::statistics::extremes;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
 /// The play.
@@ -63,9 +64,7 @@ pub fn backlash_variation(
     };
     let (orders, waves) = differing_orders(up, down);
     add(&mut fine, &orders, &waves);
-    let range = (fine.values.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-        (l.min(x), h.max(x))
-    });
+    let range = extremes(fine.values.iter().copied());
     Some(BacklashVariation {
         signal: AngularSignal {
             samples_per_rev: up.signal.samples_per_rev,

@@ -13,7 +13,7 @@ use crate::machine::linear::LinearModel;
 use crate::numeric::forest::{Forest, ForestSpring};
 use crate::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
 use crate::numeric::shift_invert::{EnergyCorrected, ShiftInvert, ShiftedForest};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::rising_order;
 use crate::numeric::sparse::{LdlFactor, SparseSymmetric};
 
 /// Which modes are wanted.
@@ -187,8 +187,7 @@ fn modes_near_frequency(
     loop {
         let (mut ritz, solver) = modes_near_shift(model, forest, rigid, omega * omega, ask)?;
         let apart = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
-        let mut order: Vec<usize> = (0..ritz.values.len()).collect();
-        sort_rising(&mut order, |&a| apart(&ritz.values[a]));
+        let mut order = rising_order(ritz.values.iter().map(apart));
         let reach = ritz
             .values
             .iter()

@@ -7,9 +7,9 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::balance::balance;
+use super::sorting::rising_order;
 use super::symmetric::lu_solve_complex;
 use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
-use crate::numeric::sorting::sort_rising;
 
 /// Eigenvalues with both kinds of vectors, and how far to trust them.
 #[derive(Debug, Clone)]
@@ -101,8 +101,7 @@ pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix),
     registers::zero_upper();
     let found = found.map_err(|_| no_convergence(n))?;
     let (values, vectors) = (found.S().column_vector(), found.U());
-    let mut order: Vec<usize> = (0..n).collect();
-    sort_rising(&mut order, |&i| values[i].norm());
+    let order = rising_order((0..n).map(|i| values[i].norm()));
     let right = ComplexMatrix::from_fn(n, n, |i, k| {
         vectors[(i, order[k])] / vectors.col(order[k]).norm_l2()
     });

@@ -14,10 +14,10 @@ use crate::base::error::Error;
 
 use super::jacobi::{cosine, rotate, rotation};
 use super::pivoted_qr::norm;
+use super::sorting::{rising_order, sort_rising};
 use super::thin_qr::transposed_product;
 use super::vector_ops::dot;
 use super::{Matrix, symmetric};
-use crate::numeric::sorting::sort_rising;
 
 /// Squares `(root · Σ a x)²`, of springs with √k or of inertias with √m, their terms one after another.
 #[derive(Debug, Clone, Default)]
@@ -290,8 +290,7 @@ impl StrainedMode {
 
 /// Kato and Temple's bound with the distance to the nearest other quotient, and the cosine of strains that it allows.
 fn bound(modes: &mut [StrainedMode]) {
-    let mut order: Vec<usize> = (0..modes.len()).collect();
-    sort_rising(&mut order, |&i| modes[i].square);
+    let order = rising_order(modes.iter().map(|mode| mode.square));
     for (at, &j) in order.iter().enumerate() {
         let mode = &modes[j];
         let apart = |k: &usize| (modes[*k].square - mode.square).abs() - modes[*k].residual;

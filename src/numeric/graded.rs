@@ -12,8 +12,8 @@ use crate::base::error::Error;
 use super::jacobi::orthogonalise;
 use super::pivoted_qr::{back_substitute, dot, norm, pivoted_qr, subtract};
 use super::rank_revealing::{RankRevealingLdu, null_vectors, rank_revealing_ldu, solve_upper};
+use super::sorting::sort_rising;
 use super::{Matrix, check_finite};
-use crate::numeric::sorting::sort_rising;
 
 /// Singular values and right singular vectors.
 #[derive(Debug, Clone)]

@@ -5,13 +5,13 @@
 //! says that nothing is, or without a count until a run finds nothing new.
 
 use super::shift_invert::ShiftInvert;
+use super::sorting::{falling_order, sort_rising};
 use super::sparse::SparseSymmetric;
 use super::symmetric::symmetric_eigen;
 use super::vector_ops::{axpy, dot, gemv, linear_combinations, normalised};
 use super::{Matrix, parallel};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::sorting::{sort_falling, sort_rising};
 
 /// A Ritz pair is taken when its residual is below this times |θ|; its value is then good to the square of it, over the gap.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
@@ -273,8 +273,7 @@ impl LanczosState<'_> {
         });
         let eigen = symmetric_eigen(&projected)?;
         let theta = |i: usize| eigen.values[i];
-        let mut order: Vec<usize> = (0..m).collect();
-        sort_falling(&mut order, |&j| theta(j).abs());
+        let order = falling_order((0..m).map(|j| theta(j).abs()));
         let largest = theta(order[0]).abs();
         let ready = |i: usize| {
             closed

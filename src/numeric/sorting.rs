@@ -1,29 +1,31 @@
 //! Stable sorts by a number: one compiled sort for lists of every type.
 
 /// Numbers of the values by rising value, those alike in their order.
-pub fn rising_order(values: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    order
+pub fn rising_order(values: impl IntoIterator<Item = f64>) -> Vec<usize> {
+    order(&values.into_iter().collect::<Vec<f64>>())
 }
 
 /// Numbers of the values by falling value, those alike in their order.
-pub fn falling_order(values: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
-    order
+pub fn falling_order(values: impl IntoIterator<Item = f64>) -> Vec<usize> {
+    // The total order of numbers is symmetric about zero.
+    rising_order(values.into_iter().map(|x| -x))
 }
 
 /// Sorts by rising `key`.
 pub fn sort_rising<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
-    let keys: Vec<f64> = list.iter().map(key).collect();
-    permute(list, rising_order(&keys));
+    let order = rising_order(list.iter().map(key));
+    permute(list, order);
 }
 
 /// Sorts by falling `key`.
 pub fn sort_falling<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
-    let keys: Vec<f64> = list.iter().map(key).collect();
-    permute(list, falling_order(&keys));
+    sort_rising(list, |x| -key(x));
+}
+
+fn order(values: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order
 }
 
 /// Puts the element `order[k]` at place k, for every k.

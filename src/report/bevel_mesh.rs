@@ -9,8 +9,7 @@ use super::table::{Table, decimal, or_dash};
 use crate::gear::load::flank_mesh::LEAST_ASPECT;
 use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
 use crate::gear::load::tooth_plate::RootMoment;
-use crate::numeric::statistics::extremes;
-use crate::numeric::statistics::peak_to_peak;
+use crate::numeric::statistics::{extremes, peak_to_peak};
 use crate::plan::gear::bevel_mesh::{BevelMeshResult, MeshStudies};
 
 /// Sign of the transmission error.

@@ -7,7 +7,7 @@ use super::figure::PlotColumn;
 use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
 use crate::modes::excitation_orders::{ExcitationCause, ExcitationOrder, ExcitationSource};
 use crate::modes::whirl::Whirl;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::falling_order;
 
 /// Orders drawn: those whose parts take most part in the modes they meet.
 const ORDERS: usize = 12;
@@ -62,8 +62,7 @@ fn strongest_orders(found: &CampbellDiagram) -> Vec<usize> {
     for c in &found.crossings {
         strength[c.order] = strength[c.order].max(c.participation);
     }
-    let mut order: Vec<usize> = (0..found.orders.len()).collect();
-    sort_falling(&mut order, |&a| strength[a]);
+    let mut order = falling_order(strength.iter().copied());
     order.truncate(ORDERS);
     order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= MIN_PARTICIPATION);
     order.sort_unstable();

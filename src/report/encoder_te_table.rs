@@ -11,8 +11,7 @@ use crate::base::text::pluralise;
 use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::encoder::index_pulses::IndexEvaluation;
 use crate::numeric::sorting::{sort_falling, sort_rising};
-use crate::numeric::statistics::Z_95;
-use crate::numeric::statistics::peak_to_peak;
+use crate::numeric::statistics::{Z_95, peak_to_peak};
 use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoder_analysis::EncoderResult;
 

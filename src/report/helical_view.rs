@@ -39,7 +39,7 @@ pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
     ];
     let ratio = if internal { 1.0 } else { -1.0 } / pair.ratio();
     let radii = pair.outlines.map(|o| o.tip_radius.max(o.root_radius));
-    let lead = lead(pair)?;
+    let lead = pair.members[0].gear.lead()?;
     let twist = TAU / lead * if hand == Hand::Right { 1.0 } else { -1.0 };
     let member = |k: usize| -> Value {
         let outline: Vec<[f64; 2]> = teeth[k].iter().map(|p| [p[0] - axes[k], p[1]]).collect();
@@ -70,13 +70,6 @@ pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
     })
 }
 
-/// Lead of the pinion's flanks, m: `p_z = π z m_n / sin β` (ISO 21771-1:2024); none of spur gears.
-fn lead(pair: &Pair) -> Option<f64> {
-    let gear = pair.members[0].gear;
-    let sine = gear.helix.sin().abs();
-    (sine > 0.0).then(|| 0.5 * TAU * f64::from(gear.teeth) * gear.module / sine)
-}
-
 /// Points of a pitch: outlines along the face, then the rim at both ends, `[x, y, z]` about the axis of the gear.
 fn rings(pair: &Pair, k: usize, outline: &[[f64; 2]], twist: f64) -> Vec<f64> {
     let (member, shape) = (&pair.members[k], &pair.outlines[k]);
@@ -102,6 +95,7 @@ mod tests {
     use super::*;
     use crate::base::flags::Flags;
     use crate::base::source_span::SourceFile;
+    use crate::gear::kernel::vector::wrapped;
     use crate::scene::gear_file;
     use std::sync::Arc;
 
@@ -122,8 +116,7 @@ mod tests {
             let all: Vec<f64> = all.iter().map(|v| v.as_f64().unwrap()).collect();
             let of_ring = all.len() / (SLICES + 2);
             let angle = |ring: usize| all[ring * of_ring + 1].atan2(all[ring * of_ring]);
-            let turn = angle(SLICES - 1) - angle(0);
-            (turn + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU
+            wrapped(angle(SLICES - 1) - angle(0))
         };
         let [pinion, gear] = pair.members.map(|m| m.gear);
         let expected =

@@ -11,7 +11,7 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact};
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::rising_order;
 use crate::plan::logs::order_cuts::{OrderCut, OrderCuts, rpm};
 
 impl Presentation for LogReport<OrderCuts> {
@@ -86,8 +86,7 @@ impl Presentation for LogReport<OrderCuts> {
 
 /// Amplitude and phase over speed, by rising speed.
 fn plots(found: &OrderCuts, title: &str) -> PlotColumn {
-    let mut rising: Vec<usize> = (0..found.speed.len()).collect();
-    sort_rising(&mut rising, |&a| found.speed[a]);
+    let rising = rising_order(found.speed.iter().copied());
     bode::bode(&BodePlot {
         title: format!("{title}: order cuts"),
         across: "speed, rpm",

@@ -10,7 +10,7 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::spectrum_table::{self, decibels};
 use super::table::{Table, exact};
 use crate::base::error::Error;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{rising_order, sort_falling};
 use crate::plan::logs::order_cuts::rpm;
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumKind, SpectrumResult,
@@ -220,8 +220,7 @@ fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>
     let bins = SPEEDS.min(curve.spectrogram_rows.len()).max(1);
     let width = (ends.1 - ends.0) / bins as f64;
     let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
-    let mut order: Vec<usize> = (0..curve.spectrogram_rows.len()).collect();
-    sort_rising(&mut order, |&a| curve.speed[a]);
+    let order = rising_order(curve.speed.iter().copied());
     let mut means: Vec<(f64, Vec<f64>)> = Vec::new();
     for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
         let share = 1.0 / group.len() as f64;

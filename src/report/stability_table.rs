@@ -89,11 +89,7 @@ pub fn text(found: &StabilityResult) -> String {
     let mut table = (methods.iter()).fold(Table::named(""), |t, method| t.column(method, ""));
     for name in &names {
         let cell = |method: &&str| {
-            let case = found
-                .cases
-                .iter()
-                .find(|c| c.name == *name && c.method == *method);
-            case.map_or(String::new(), verdict_text)
+            find_case(&found.cases, name, method).map_or(String::new(), verdict_text)
         };
         table.row(once(name.to_string()).chain(methods.iter().map(cell)));
     }
@@ -154,6 +150,11 @@ pub fn cases_and_methods(cases: &[StressCase]) -> (Vec<&str>, Vec<&'static str>)
         }
     }
     (names, methods)
+}
+
+/// A case by a method; absent where it did not run.
+pub fn find_case<'c>(cases: &'c [StressCase], name: &str, method: &str) -> Option<&'c StressCase> {
+    cases.iter().find(|c| c.name == name && c.method == method)
 }
 
 /// The verdict on a case with its energy-balance error.

@@ -2,10 +2,11 @@
 //!
 //! Lengths are in points of the finished plot.
 
-use crate::numeric::sorting::sort_rising;
 use plotters::prelude::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
+
+use crate::numeric::sorting::rising_order;
 
 /// An ink.
 pub type Colour = RGBColor;
@@ -499,8 +500,7 @@ pub fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>, size: f64, leas
 ///
 /// Places come in any order and keep theirs; the first pass pushes down, the second back up from the end.
 pub fn spread_labels(wanted: &[f64], distance: f64, (low, high): (f64, f64)) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..wanted.len()).collect();
-    sort_rising(&mut order, |&a| wanted[a]);
+    let order = rising_order(wanted.iter().copied());
     let room = (high - low) / wanted.len().saturating_sub(1).max(1) as f64;
     let distance = distance.min(room.max(0.0));
     let mut places = wanted.to_vec();

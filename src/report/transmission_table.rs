@@ -5,7 +5,7 @@ use super::table::{Table, or_dash};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::{falling_order, sort_falling};
 use crate::plan::transmission::result::TransmissionResult;
 use crate::transmission::budget::ErrorBudget;
 use crate::transmission::indexing::IndexingEffect;
@@ -326,8 +326,7 @@ fn elements(result: &TransmissionResult) -> String {
         let fast = fast.map_or(0.0, |f| f.budget.elements[e].share);
         result.budget.elements[e].share.max(fast)
     };
-    let mut order: Vec<usize> = (0..result.elements.len()).collect();
-    sort_falling(&mut order, |&a| share(a));
+    let mut order = falling_order((0..result.elements.len()).map(share));
     order.truncate(ELEMENTS);
     const AT_SPEED: &str = "at speed: share [%]|one grade better [% off]|without it [% off]";
     let mut table = Table::named("element|share [%]|one grade better [% off]|without it [% off]")

@@ -1,11 +1,11 @@
 //! Verdicts of a stability study as a picture: cases by methods, coloured, with the word and the energy-balance error.
 
-use super::stability_table::{StabilityResult, cases_and_methods, verdict_text};
+use super::stability_table::{StabilityResult, cases_and_methods, find_case, verdict_text};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, LABEL_SIZE, LIGHT_GREY, ORANGE, WIDTH, lighten,
     render_svg, widest,
 };
-use crate::study::stability::stress_test::{CaseVerdict, MAX_ENERGY_ERROR, StressCase};
+use crate::study::stability::stress_test::{CaseVerdict, MAX_ENERGY_ERROR};
 
 /// Height of a row.
 const ROW: f64 = 22.0;
@@ -37,8 +37,7 @@ pub fn draw(title: &str, found: &StabilityResult) -> Option<String> {
             for (j, method) in methods.iter().enumerate() {
                 let x = left + j as f64 * column;
                 let (low, high) = ((x + 1.0, y + 1.0), (x + column - 1.0, y + ROW - 1.0));
-                let is_cell = |c: &&StressCase| c.name == *name && c.method == *method;
-                match found.cases.iter().find(is_cell) {
+                match find_case(&found.cases, name, method) {
                     Some(case) => {
                         canvas.fill_rect(low, high, ink(case.verdict));
                         let middle = (x + 0.5 * column, y + 0.5 * ROW);

@@ -10,7 +10,7 @@ use super::order_lines::{LineOrigin, OrderLine};
 use super::range_distribution::{ErrorSource, HarmonicTerm, RangeDistribution, range_distribution};
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::rising_order;
 
 /// Sums over all sources.
 #[derive(Debug, Clone)]
@@ -132,8 +132,7 @@ pub fn line_budget(
 /// Elements that together change the root of the sum of squares by no more than `threshold` of it, the smallest first, and what leaving
 /// them out takes off the root of the sum of squares and off the worst case.
 pub fn negligible(elements: &[ElementSensitivity], threshold: f64) -> (Vec<usize>, f64, f64) {
-    let mut order: Vec<usize> = (0..elements.len()).collect();
-    sort_rising(&mut order, |&a| elements[a].share);
+    let order = rising_order(elements.iter().map(|e| e.share));
     let (mut out, mut share, mut worst) = (Vec::new(), 0.0, 0.0);
     for e in order {
         let with = share + elements[e].share;

@@ -1,6 +1,7 @@
 //! Nodes of a bevel flank over its blank, in the order of coordinate-measuring machines: rows from root to tip, columns from toe to heel.
 
 use super::flank::{BevelFlank, ToothPoint};
+use crate::numeric::statistics::extremes;
 
 /// Least width of a domain, rad.
 const LEAST_DOMAIN: f64 = 0.05;
@@ -31,20 +32,22 @@ impl FlankGrid {
         let mut row_start = middle;
         for row in 0..rows {
             let mut near = row_start;
-            let mut before: Option<[f64; 3]> = None;
             for column in 0..columns {
                 let place = flank.section.at(share(column, columns), share(row, rows));
-                let ahead = |b: [f64; 3]| [0, 1, 2].map(|k| 2.0 * near.0[k] - b[k]);
-                let node = (flank.tooth_point(place, before.map_or(near.0, ahead)))
+                let known = |back: usize| -> Option<[f64; 3]> {
+                    let node: ToothPoint =
+                        (column >= back).then(|| nodes[nodes.len() - back])??;
+                    (!node.in_fillet).then_some(node.point.at)
+                };
+                let start = match [known(2), known(1)] {
+                    [Some(a), Some(b)] => [0, 1, 2].map(|k| 2.0 * b[k] - a[k]),
+                    _ => near.0,
+                };
+                let node = (flank.tooth_point(place, start))
                     .or_else(|| flank.tooth_point(place, middle.0))
                     .or_else(|| flank.tooth_point(place, flank.follow(near, place)?));
                 let node = node.filter(|n| n.in_fillet || !n.is_cut_away());
-                before = None;
                 if let Some(node) = node.as_ref().filter(|n| !n.in_fillet) {
-                    let neighbour: Option<ToothPoint> = nodes.last().copied().flatten();
-                    before = neighbour
-                        .filter(|n| column > 0 && !n.in_fillet)
-                        .map(|n| n.point.at);
                     near = (node.point.at, place);
                     if column == 0 {
                         row_start = near;
@@ -63,12 +66,7 @@ impl FlankGrid {
     /// Cradle and cutter angles `[x, θ]` of the nodes on the flank, rad; none where no node is on it.
     pub fn ranges(&self) -> Option<[[f64; 2]; 2]> {
         let on_flank = || self.nodes.iter().flatten().filter(|n| !n.in_fillet);
-        let range = |k: usize| {
-            let none = [f64::INFINITY, f64::NEG_INFINITY];
-            on_flank()
-                .map(|n| n.point.at[k])
-                .fold(none, |[low, high], x| [low.min(x), high.max(x)])
-        };
+        let range = |k: usize| extremes(on_flank().map(|n| n.point.at[k])).into();
         on_flank().next()?;
         Some([range(2), range(1)])
     }

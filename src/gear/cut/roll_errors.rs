@@ -13,7 +13,7 @@ use crate::gear::contact::pair::FlankPair;
 use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::law::Law;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::rising_order;
 use crate::numeric::statistics::extremes;
 
 /// Phases over which a range is compared.
@@ -85,8 +85,7 @@ pub fn smooth<'a>(
 ) -> Vec<bool> {
     let room = points.map(|p| (p.second_order.undercut / angle_lever(p)).abs());
     let mut room = SMOOTH * room.fold(f64::INFINITY, f64::min);
-    let mut order: Vec<usize> = (0..errors.len()).collect();
-    sort_rising(&mut order, |a| errors[*a].waviness());
+    let order = rising_order(errors.iter().map(RollError::waviness));
     let mut smooth = vec![false; errors.len()];
     for k in order {
         room -= errors[k].waviness();

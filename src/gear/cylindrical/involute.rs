@@ -89,6 +89,12 @@ impl InvoluteGear {
         f64::from(self.teeth) * self.module / self.helix.cos()
     }
 
+    /// Lead of the flanks `p_z = π z m_n / sin β` (ISO 21771-1:2024); none of straight teeth.
+    pub fn lead(&self) -> Option<f64> {
+        let sine = self.helix.sin().abs();
+        (sine > 0.0).then(|| PI * f64::from(self.teeth) * self.module / sine)
+    }
+
     /// Base diameter d_b.
     pub fn base_diameter(&self) -> f64 {
         self.reference_diameter() * self.transverse_pressure_angle().cos()

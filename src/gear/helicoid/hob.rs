@@ -9,6 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::axial_profile::Helicoid;
 use super::profile_point::ProfilePoint;
+use crate::gear::cylindrical::involute::inv;
 use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::jet::Jet;
 use crate::gear::kernel::second_order::Curvature;
@@ -48,7 +49,7 @@ impl HobbedPoint {
     /// Distance from an involute along the line of action, with a constant; none within the base circle.
     pub fn off_involute(&self, base_radius: f64) -> Option<f64> {
         let alpha = (base_radius / self.gear_radius).acos();
-        let off = base_radius * (self.gear_azimuth - (alpha.tan() - alpha));
+        let off = base_radius * (self.gear_azimuth - inv(alpha));
         off.is_finite().then_some(off)
     }
 }

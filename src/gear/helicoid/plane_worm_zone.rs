@@ -46,16 +46,14 @@ impl PlaneWormZone {
     /// First and last turn of the wheel at which the plane touches, rad; none where it never does.
     pub fn turns(&self, pair: &PlaneWorm) -> Option<[f64; 2]> {
         let places = (-TURNS..=TURNS).map(|k| FRAC_PI_2 * f64::from(k) / f64::from(TURNS));
-        let touching = places.filter(|turn| {
+        let mut touching = places.filter(|turn| {
             let mut line = self.places(COARSE_ROWS);
             line.any(|eta| {
                 (pair.first_contact(*turn, eta)).is_some_and(|contact| self.holds(pair, &contact))
             })
         });
-        touching.fold(None, |range: Option<[f64; 2]>, turn| {
-            let [first, last] = range.unwrap_or([turn; 2]);
-            Some([first.min(turn), last.max(turn)])
-        })
+        let first = touching.next()?;
+        Some([first, touching.next_back().unwrap_or(first)])
     }
 
     /// The line of contact of the plane part at a turn of the wheel.

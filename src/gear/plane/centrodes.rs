@@ -11,6 +11,7 @@ use super::ratio_law::RatioLaw;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::quadrature::CumulativeIntegral;
+use crate::numeric::statistics::extremes;
 
 /// Steps of a period or of the range in which extremes are sought.
 const POSITIONS: usize = 360;
@@ -167,10 +168,7 @@ impl Centrodes {
 
     /// Least and greatest of a value over angles of gear 1 of one period, or of the whole range, at 361 of them.
     pub fn extremes(&self, value: impl Fn(f64) -> Option<f64>) -> [f64; 2] {
-        let values = self.angles().filter_map(value);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        })
+        extremes(self.angles().filter_map(value)).into()
     }
 
     /// Angles of gear 1 over one period, or over the whole range, at equal steps with both ends, rad.

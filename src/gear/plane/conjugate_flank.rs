@@ -13,6 +13,7 @@ use super::second_contact::{SecondContact, second_contacts};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
+use crate::numeric::statistics::extremes;
 
 /// Points of a flank.
 pub const FLANK_POINTS: usize = 41;
@@ -109,11 +110,7 @@ impl ConjugateFlank {
 
     /// Number of second contacts between the least and the greatest radius of the pinion's flank; the others lie on no tooth of it.
     pub fn second_on_flank(&self) -> usize {
-        let radii = || self.contacts.iter().map(|c| c.tool_point.norm());
-        let [low, high] = [
-            radii().fold(f64::INFINITY, f64::min),
-            radii().fold(0.0, f64::max),
-        ];
+        let (low, high) = extremes(self.contacts.iter().map(|c| c.tool_point.norm()));
         let is_on = |s: &&SecondContact| (low..=high).contains(&s.tool_point.norm());
         self.second.iter().filter(is_on).count()
     }
@@ -124,8 +121,7 @@ fn by_envelope<P: Profile + Clone>(
     generated: &ConjugateProfile<P>,
     angles: &[f64],
 ) -> Result<Vec<Complex>, Error> {
-    let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extremes(angles.iter().copied());
     let reach = REACH * (high - low);
     let tool = generated.tool().clone();
     let by_kernel = envelope(generated.rolling(), tool, [low - reach, high + reach])?;

@@ -17,6 +17,7 @@ use crate::gear::plane::rack_cutter::RackCutter;
 use crate::gear::plane::rack_flank::rack_flank;
 use crate::gear::plane::rack_remedy::RackRemedy;
 use crate::gear::plane::rolling::{Centrode, Rolling};
+use crate::numeric::statistics::extremes;
 use crate::plan::decision::StageDecision;
 use crate::scene::non_circular_file::{GearProfile, MAX_CUT_TEETH, NonCircularFile, PinionProfile};
 
@@ -165,9 +166,7 @@ fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
 /// Given flanks whose gear is not as far as the law puts it, a constant lead aside.
 fn given_warning(given: &[GivenContact]) -> Option<Diagnostic> {
     let errors = given.iter().map(|contact| contact.check.error);
-    let [low, high] = errors.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| {
-        [low.min(e), high.max(e)]
-    });
+    let (low, high) = extremes(errors);
     let miss = given.iter().map(|contact| contact.check.miss.abs());
     let miss = miss.fold(0.0, f64::max);
     let arcsec = |angle: f64| angle.to_degrees() * 3600.0;

@@ -17,6 +17,7 @@ use crate::motion::methods::StepControl;
 use crate::motion::output_statistics::{OutputStatistics, StatisticsAccumulator};
 use crate::motion::problem::StepSize;
 use crate::motion::sensitivity::{Amplification, Deflections, PERTURBATION_SHARE};
+use crate::numeric::statistics::peak_to_peak;
 
 /// The second run of a method goes by so many times the tolerance.
 const TOLERANCE_RATIO: f64 = 10.0;
@@ -303,11 +304,7 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
 
 /// The first sample of the time that is not predicted, where both runs stay apart: in [`MIN_DIVERGED_DURATION`] of what follows at least.
 fn first_unpredicted(a: &[f64], b: &[f64]) -> Option<usize> {
-    let range = |values: &[f64]| {
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
-    };
-    let limit = DIVERGED_SAMPLE_SHARE * range(a).max(range(b));
+    let limit = DIVERGED_SAMPLE_SHARE * peak_to_peak(a).max(peak_to_peak(b));
     let windows = (a.len() / SAMPLES_PER_WINDOW).clamp(1, MAX_WINDOWS);
     let long = a.len().div_ceil(windows).max(1);
     let lost = a.chunks(long).zip(b.chunks(long)).map(|(a, b)| {

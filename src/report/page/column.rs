@@ -2,12 +2,13 @@
 
 use std::io::Write;
 
-use crate::numeric::statistics::extremes;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
+
+use crate::numeric::statistics::extremes;
 
 /// Lists shorter than this stay numbers of the JSON document.
 const SHORT: usize = 256;

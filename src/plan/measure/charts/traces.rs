@@ -5,6 +5,7 @@ use crate::base::error::{Error, Errors};
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::trace::{self, MeanLine};
+use crate::numeric::statistics::extremes;
 use crate::plan::measure::chart_columns::AngleScale;
 use crate::plan::measure::grading::FlankSide;
 use crate::scene::measured_gear::{MeasuredChart, TraceFilter, TraceSettings};
@@ -146,9 +147,7 @@ impl ChartEvaluation<'_> {
     fn tip_relief(&mut self, side: FlankSide, reliefs: &[Estimate]) {
         let n = reliefs.len() as f64;
         let values = || reliefs.iter().map(|r| 1e6 * r.value);
-        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(x), h.max(x))
-        });
+        let (low, high) = extremes(values());
         if let Some(one) = reliefs.first() {
             let mean = Estimate {
                 value: 1e-6 * values().sum::<f64>() / n,
