@@ -4,9 +4,11 @@
 use crate::numeric::{Complex, Matrix};
 
 use super::basis::{ScaledPole, WhitenedProblem, set_complex};
+use super::line_compression::Compressor;
 use super::model_error::{ModeDeviation, PoleResidues, misfit, variance};
-use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
 use super::scaled_responses::{ScaledResponses, SeparableWeights};
+use crate::numeric::sorting::sort_rising;
 
 /// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
 const HALF_WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
@@ -23,6 +25,12 @@ pub(super) const NUMERATORS: usize = 2;
 
 /// Background of a window by response: `1`, `j`, `t` and `jt` times `s^q`, t from −1 to 1 over the window.
 const BACKGROUND_TERMS: usize = 4;
+
+/// Most poles of a window. That of a broad pole among narrow ones ends before 8 half-widths: its time grows with their cube.
+const MAX_POLES: usize = 12;
+
+/// Most changes of the lines on which the poles of a window are brought to their places.
+const MAX_LINES: usize = 3;
 
 /// A fit of the whole band, as far as windows need it.
 pub(super) struct BandFit<'a> {
@@ -54,16 +62,18 @@ pub(super) struct PoleWindow<'a> {
 pub(super) struct WindowFit {
     /// Poles and coefficients in the scaled responses taken part in the fit.
     pub fit: ModelFit,
-    /// The problem it is of.
+    /// The lines that the fit was made on.
     pub problem: WhitenedProblem,
+    /// All lines, where those are fewer.
+    all: Option<WhitenedProblem>,
     weights: SeparableWeights,
     /// Which responses took part.
     of: Vec<usize>,
 }
 
 impl<'a> PoleWindow<'a> {
-    /// The lines within `half` of a frequency, at least as many as the poles within need; `departure` is what the poles farther away
-    /// depart by.
+    /// The lines within `half` of a frequency, of [`MAX_POLES`] poles at most, and at least as many as the poles within need; `departure` is
+    /// what the poles farther away depart by.
     pub fn new(
         band: &'a BandFit,
         centre: f64,
@@ -72,7 +82,14 @@ impl<'a> PoleWindow<'a> {
     ) -> PoleWindow<'a> {
         let lines = band.lines;
         let (x, step) = (&lines.x, lines.step);
-        let mut half = half;
+        let mut apart: Vec<f64> = (band.modes.poles.iter())
+            .map(|p| (p.w - centre).abs())
+            .collect();
+        sort_rising(&mut apart, |&d| d);
+        let mut half = match apart.get(MAX_POLES) {
+            Some(beyond) => half.min(0.5 * (apart[MAX_POLES - 1] + beyond)),
+            None => half,
+        };
         loop {
             let from = x.partition_point(|&v| v < centre - half);
             let to = x.partition_point(|&v| v <= centre + half);
@@ -209,7 +226,7 @@ impl<'a> PoleWindow<'a> {
                 set_complex(column, k, m, self.h[i][k] * (unit[k] * scale));
             }
         }
-        let problem = WhitenedProblem {
+        let all = WhitenedProblem {
             x: self.x().to_vec(),
             factor: (0..m)
                 .map(|k| self.lines.power(self.from + k) * unit[k])
@@ -226,20 +243,41 @@ impl<'a> PoleWindow<'a> {
             poles: poles.to_vec(),
             delays: Vec::new(),
         };
-        let problems = std::slice::from_ref(&problem);
-        let fitted = refine(
-            problems,
-            fit_at(problems, &model, NUMERATORS),
-            NUMERATORS,
-            cancel,
-        );
+        let (fit, fewer) = refine_on_fewer(&all, model, cancel);
+        let (problem, all) = match fewer {
+            Some(fewer) => (fewer, Some(all)),
+            None => (all, None),
+        };
         WindowFit {
-            fit: fitted,
+            fit,
             problem,
+            all,
             weights: weights.clone(),
             of: of.to_vec(),
         }
     }
+}
+
+/// Poles brought to their places on the lines that they need, and these lines; `None` for all. The window of a broad pole is most of the
+/// band.
+fn refine_on_fewer(
+    all: &WhitenedProblem,
+    model: PoleModel,
+    cancel: StopCriteria,
+) -> (ModelFit, Option<WhitenedProblem>) {
+    let mut compressor = Compressor::new(all);
+    let mut lines = compressor.compress(&model, &[]);
+    let mut fit = fit_at(&[&*lines.problem], &model, NUMERATORS);
+    for _ in 0..MAX_LINES {
+        fit = refine(&[&*lines.problem], fit, NUMERATORS, cancel);
+        if lines.is_valid_for(&fit.model.poles) {
+            break;
+        }
+        lines = compressor.compress(&fit.model, &[]);
+        fit = fit_at(&[&*lines.problem], &fit.model, NUMERATORS);
+    }
+    let fewer = (!lines.is_whole()).then(|| lines.problem.into_owned());
+    (fit, fewer)
 }
 
 impl WindowFit {
@@ -257,8 +295,12 @@ impl WindowFit {
 
     /// Residual of the scaled responses that took part, by line.
     pub fn residual(&self, independence: f64) -> Vec<Vec<Complex>> {
-        let m = self.problem.lines();
-        let e = &self.fit.fits[0].e;
+        let fit = &self.fit;
+        let e = match &self.all {
+            Some(all) => &residual(all, &fit.model, NUMERATORS, &fit.fits[0]),
+            None => &fit.fits[0].e,
+        };
+        let m = e.nrows() / 2;
         (self.of.iter().enumerate())
             .map(|(at, &i)| {
                 let column = e.col_as_slice(at);
