@@ -300,7 +300,8 @@ fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
         .map(|source| PathBuf::from(&source.path))
         .collect();
     let flank = args.flank.as_deref().map(flank_format).transpose()?;
-    let mut outputs = Outputs::check(&args.out, &gear_cut::FIGURES, &[&args.flank], &inputs)?;
+    let files = [&args.flank, &args.chips];
+    let mut outputs = Outputs::check(&args.out, &gear_cut::FIGURES, &files, &inputs)?;
     let quiet = args.out.quiet || args.out.json;
     let result = progress::with_spinner("cutting the flanks", quiet, || cut::run(&file))?;
     let report = CutReport {
@@ -314,5 +315,28 @@ fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
             FlankFormat::Stl => flank_file::write_stl(&report.surfaces(), to).map_err(failed),
         })?;
     }
+    if let Some(path) = &args.chips {
+        let table = report.chip_table().ok_or_else(|| no_chips(&report))?;
+        outputs.write(path, |to| {
+            table.write_csv(to).map_err(|e| output_error(path, &e))
+        })?;
+    }
     outputs.present(&report)
+}
+
+/// No member has chips to write, or both have.
+fn no_chips(report: &CutReport) -> Error {
+    let reasons = report.result.chips.iter().filter_map(|c| c.as_ref().err());
+    let reasons: Vec<&str> = reasons.map(String::as_str).collect();
+    let (message, hint) = match reasons.is_empty() {
+        true => (
+            "--chips writes one member, and both have chips".to_string(),
+            "set `member` in [cut]",
+        ),
+        false => (
+            format!("no chips to write: {}", reasons.join("; ")),
+            "chips need both flanks of a member generated in one setting",
+        ),
+    };
+    Error::new(Code::Usage, message).with_hint(hint)
 }

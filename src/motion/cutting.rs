@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::signal::Signal;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::laws::FaceMill;
+use crate::scene::laws::{FaceMill, MillChips, MillPlace, StatedChips};
 use crate::scene::model::Axis;
 
 /// Straight lines between one blade's entry or exit and the next; they crowd at both, where the chip is steep.
@@ -14,19 +14,18 @@ const POINTS_PER_BLADE: usize = 24;
 /// The most points of a force over time.
 const MAX_POINTS: f64 = 5e6;
 
+/// Turn of the head over which a pass of a single place cuts, rad.
+const SINGLE_PLACE: f64 = 1e-2;
+
 /// Cutting force on a head at the speed `omega`, rad/s, along or about one of its axes, N or N·m: straight lines through points.
 ///
-/// Blade i stands at `ψ = |Ω|t + 2πi/z` and is in the slot for ψ in (0, arc). There its chip is
-/// `h = (h_max s² + e s cos(2πi/z)) sin(πψ/arc)`, `s = sin(π (t − t₀)/(t₁ − t₀))`: it enters thin, cuts thickest in the middle
-/// of the slot and leaves thin, while the generating roll from t₀ to t₁ carries the slot from nothing to its full depth and
-/// out again; the run-out e lets the first blade cut more and the one opposite less. Its force along its path is Kienzle's,
-/// `F = k_c1 b h^(1−m)` with h in millimetres of chip (Kienzle, VDI-Z 94 (1952) 299); shares of F push it away from the axis
-/// and along it. The blade is at the radius r and the angle `β = slot + (ψ − arc/2) sign Ω`, from x to y.
+/// The force of a blade along its path is Kienzle's, `F = k_c1 b h^(1−m)` with h in millimetres of chip (Kienzle, VDI-Z 94 (1952) 299);
+/// shares of F push it away from the axis and along it. The blade is at the radius r and the angle `β = slot + ψ sign Ω`, from x to y, ψ
+/// counted from the middle of the slot.
 ///
 /// # Errors
 /// The head does not turn, or turns so often that the table would be absurd.
 pub fn cutting_force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, Error> {
-    let [start, end] = mill.roll;
     if omega == 0.0 {
         let hint = "state the speed of the cutter's node in [speed]";
         return Err(Error::new(
@@ -35,27 +34,87 @@ pub fn cutting_force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, 
         )
         .with_hint(hint));
     }
-    let pitch = TAU / (omega.abs() * f64::from(mill.blades));
+    match &mill.chips {
+        MillChips::Stated(chips) => stated_force(mill, chips, omega, axis),
+        MillChips::Passes { start, passes } => {
+            Signal::table(&force_of_passes(mill, (*start, passes), omega, axis))
+        }
+    }
+}
+
+/// Force of alike groups.
+///
+/// Group i stands at `ψ' = |Ω|t + 2πi/z` and is in the slot for ψ' in (0, arc). There its chip is
+/// `h = (h_max s² + e s cos(2πi/z)) sin(πψ'/arc)`, `s = sin(π (t − t₀)/(t₁ − t₀))`: it enters thin, cuts thickest in the middle
+/// of the slot and leaves thin, while the generating roll from t₀ to t₁ carries the slot from nothing to its full depth and
+/// out again; the run-out e lets the first group cut more and the one opposite less.
+fn stated_force(
+    mill: &FaceMill,
+    chips: &StatedChips,
+    omega: f64,
+    axis: Axis,
+) -> Result<Signal, Error> {
+    let [start, end] = chips.roll;
+    let pitch = TAU / (omega.abs() * f64::from(chips.blades));
     let passages = (end - start) / pitch;
     if 2.0 * passages * POINTS_PER_BLADE as f64 > MAX_POINTS {
         let message = format!("{passages:.0} blade passages in one roll are too many");
         return Err(Error::new(Code::BudgetExceeded, message)
             .with_hint("shorten the roll or slow the cutter"));
     }
-    let edges = engagement_instants(mill.roll, pitch, mill.arc / omega.abs());
+    let edges = engagement_instants(chips.roll, pitch, chips.arc / omega.abs());
     let mut points = vec![(start, 0.0)];
     for pair in edges.windows(2) {
         let (from, long) = (pair[0], pair[1] - pair[0]);
         points.extend((1..=POINTS_PER_BLADE).map(|k| {
             let share = 0.5 - 0.5 * (PI * k as f64 / POINTS_PER_BLADE as f64).cos();
             let t = from + long * share;
-            (t, force_at(mill, omega, axis, t))
+            (t, force_at(mill, chips, omega, axis, t))
         }));
     }
     if let Some(last) = points.last_mut() {
         *last = (end, 0.0);
     }
     Signal::table(&points)
+}
+
+/// Points of the force of passes, each from and to zero a step beyond its ends, so that its integral is the sum of its places times the step.
+fn force_of_passes(
+    mill: &FaceMill,
+    (start, passes): (f64, &[Vec<MillPlace>]),
+    omega: f64,
+    axis: Axis,
+) -> Vec<(f64, f64)> {
+    let time = |head: f64| start + head / omega.abs();
+    let curve = |places: &Vec<MillPlace>| -> Vec<(f64, f64)> {
+        let force = |p: &MillPlace| {
+            let beta = mill.slot.unwrap_or(0.0) + p.angle * omega.signum();
+            (time(p.head), push(mill, [p.edge, p.thickness], axis, beta))
+        };
+        let mut points: Vec<(f64, f64)> = places.iter().map(force).collect();
+        let step = match &points[..] {
+            [(a, _), (b, _), ..] => b - a,
+            _ => SINGLE_PLACE / omega.abs(),
+        };
+        points.insert(0, (points[0].0 - step, 0.0));
+        points.push((points[points.len() - 1].0 + step, 0.0));
+        points
+    };
+    let curves: Vec<Vec<(f64, f64)>> = passes.iter().map(curve).collect();
+    let mut times: Vec<f64> = curves.iter().flatten().map(|p| p.0).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|later, earlier| *later - *earlier <= 1e-12 * later.abs());
+    let at = |t: &f64| {
+        let of = |curve: &Vec<(f64, f64)>| {
+            let next = curve.partition_point(|p| p.0 < *t);
+            let (Some(b), Some(a)) = (curve.get(next), curve.get(next.wrapping_sub(1))) else {
+                return 0.0;
+            };
+            a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0)
+        };
+        (*t, curves.iter().map(of).sum())
+    };
+    times.iter().map(at).collect()
 }
 
 /// Begin and end of the roll, and between them every instant at which a blade enters or leaves the slot.
@@ -77,35 +136,40 @@ fn engagement_instants([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64
     all
 }
 
-/// The sum over the blades at one instant.
-fn force_at(mill: &FaceMill, omega: f64, axis: Axis, t: f64) -> f64 {
-    /// Kienzle's k is the force on a chip of 1 mm × 1 mm.
-    const MILLIMETRE: f64 = 1e-3;
-    let [start, end] = mill.roll;
+/// The sum over the groups at one instant.
+fn force_at(mill: &FaceMill, chips: &StatedChips, omega: f64, axis: Axis, t: f64) -> f64 {
+    let [start, end] = chips.roll;
     let deep = (PI * (t - start) / (end - start)).sin();
     let share = |blade: u32| {
-        let place = TAU * f64::from(blade) / f64::from(mill.blades);
+        let place = TAU * f64::from(blade) / f64::from(chips.blades);
         let psi = (omega.abs() * t + place).rem_euclid(TAU);
-        if psi >= mill.arc {
+        if psi >= chips.arc {
             return 0.0;
         }
-        let chip = (mill.chip * deep * deep + mill.runout * deep * place.cos())
-            * (PI * psi / mill.arc).sin();
-        let force = mill.specific_force
-            * mill.width
-            * MILLIMETRE
-            * (chip.max(0.0) / MILLIMETRE).powf(1.0 - mill.exponent);
-        let beta = mill.slot.unwrap_or(0.0) + (psi - 0.5 * mill.arc) * omega.signum();
-        let (sine, cosine) = beta.sin_cos();
-        force
-            * match axis {
-                Axis::Theta => mill.sense * mill.radius,
-                Axis::X => -mill.sense * sine + mill.radial * cosine,
-                Axis::Y => mill.sense * cosine + mill.radial * sine,
-                Axis::Z => mill.axial,
-                Axis::TiltX => mill.axial * mill.radius * sine,
-                Axis::TiltY => -mill.axial * mill.radius * cosine,
-            }
+        let chip = (chips.chip * deep * deep + chips.runout * deep * place.cos())
+            * (PI * psi / chips.arc).sin();
+        let beta = mill.slot.unwrap_or(0.0) + (psi - 0.5 * chips.arc) * omega.signum();
+        push(mill, [chips.width, chip], axis, beta)
     };
-    (0..mill.blades).map(share).sum()
+    (0..chips.blades).map(share).sum()
+}
+
+/// Force or moment of a blade at the angle `beta` whose chip has this width and thickness, m.
+fn push(mill: &FaceMill, [width, chip]: [f64; 2], axis: Axis, beta: f64) -> f64 {
+    /// Kienzle's k is the force on a chip of 1 mm × 1 mm.
+    const MILLIMETRE: f64 = 1e-3;
+    let force = mill.specific_force
+        * width
+        * MILLIMETRE
+        * (chip.max(0.0) / MILLIMETRE).powf(1.0 - mill.exponent);
+    let (sine, cosine) = beta.sin_cos();
+    force
+        * match axis {
+            Axis::Theta => mill.sense * mill.radius,
+            Axis::X => -mill.sense * sine + mill.radial * cosine,
+            Axis::Y => mill.sense * cosine + mill.radial * sine,
+            Axis::Z => mill.axial,
+            Axis::TiltX => mill.axial * mill.radius * sine,
+            Axis::TiltY => -mill.axial * mill.radius * cosine,
+        }
 }

@@ -31,8 +31,8 @@ fn spread(values: &[f64]) -> [f64; 3] {
 /// Transmission error and stiffness, then what the flanks bear: one row a torque.
 pub fn text(result: &BevelMeshResult, studies: &MeshStudies) -> String {
     let mut text = format!(
-        "{}te and k {TE_DIRECTION}\n\n{}local contact: {}; teeth: {}; left out: {}\n",
-        stiffness_table(result).text(),
+        "{}te and k {TE_DIRECTION}; the error of te is half its greatest difference to half the stations\n\n{}local contact: {}; teeth: {}; left out: {}\n",
+        stiffness_table(result, studies).text(),
         load_table(result).text(),
         local_contact(&result.mesh),
         result.body,
@@ -87,17 +87,18 @@ fn changes_table(result: &BevelMeshResult, changes: &[Vec<StripChange>]) -> Tabl
     table
 }
 
-fn stiffness_table(result: &BevelMeshResult) -> Table<'static> {
+fn stiffness_table(result: &BevelMeshResult, studies: &MeshStudies) -> Table<'static> {
     let mut table = Table::numeric(
-        "torque [N·m]|te peak to peak [arcsec]|te peak to peak [µm]|te mean [arcsec]|k secant mean [N/µm]|k tangent mean [N/µm]|k tangent least [N/µm]|k tangent most [N/µm]",
+        "torque [N·m]|te peak to peak [arcsec]|te peak to peak [µm]|te mean [arcsec]|error of te [arcsec]|k secant mean [N/µm]|k tangent mean [N/µm]|k tangent least [N/µm]|k tangent most [N/µm]",
     );
-    let mut row = |torque: String, te: &[f64], stiffness: Option<[f64; 4]>| {
+    let mut row = |torque: String, te: &[f64], error: Option<f64>, stiffness: Option<[f64; 4]>| {
         let over = peak_to_peak(te);
         let mut cells = vec![
             torque,
             format!("{:.3}", ARCSEC * over),
             format!("{:.4}", 1e6 * result.lever * over),
             format!("{:.3}", ARCSEC * spread(te)[1] + 0.0),
+            or_dash(error, |e| format!("{:.2}", ARCSEC * e)),
         ];
         cells.extend((0..4).map(|i| {
             or_dash(stiffness, |k| {
@@ -106,13 +107,14 @@ fn stiffness_table(result: &BevelMeshResult) -> Table<'static> {
         }));
         table.row(cells);
     };
-    row("0".into(), &result.mesh.unloaded_te, None);
-    for cycle in &result.mesh.cycles {
+    row("0".into(), &result.mesh.unloaded_te, None, None);
+    for (i, cycle) in result.mesh.cycles.iter().enumerate() {
         let [least, mean, most] = spread(&cycle.of(|p| p.tangent));
         let secant = spread(&cycle.of(|p| p.secant))[1];
         row(
             significant(cycle.torque),
             &cycle.of(|p| p.te),
+            studies.te_errors.as_ref().map(|errors| errors[i]),
             Some([secant, mean, least, most]),
         );
     }
@@ -189,6 +191,7 @@ pub fn mesh_json(result: &BevelMeshResult, studies: &MeshStudies) -> Value {
         "body": result.body,
         "left_out": result.left_out,
         "te_direction": TE_DIRECTION,
+        "te_error_arcsec": studies.te_errors.as_ref().map(|all| all.iter().map(|e| ARCSEC * e).collect::<Vec<_>>()),
         "lever_m": result.lever,
         "torques_nm": mesh.cycles.iter().map(|c| c.torque).collect::<Vec<_>>(),
         "pinion_angle_rad": mesh.pinion_angles,

@@ -15,6 +15,7 @@ use crate::gear::bevel::solid::Solid;
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::cut_surface::cut_surface;
 use crate::plan::gear::cut::CutResult;
+use crate::plan::gear::cut_chips::ChipResult;
 use crate::plan::gear::cut_contact::{ContactSummary, CutContact};
 use crate::plan::gear::cut_flank::{CutFlankResult, DeviationMap, DeviationStatistics};
 use crate::plan::gear_limits::MEMBERS;
@@ -45,6 +46,7 @@ impl Presentation for CutReport<'_> {
             "cut": {
                 "flanks": flanks,
                 "contact": self.result.contact.as_ref().map(contact_json),
+                "chips": self.chips().map(chips_json).collect::<Vec<_>>(),
             },
         }))
     }
@@ -55,6 +57,9 @@ impl Presentation for CutReport<'_> {
         text += &format!("\n{}", cause_table(&self.result.flanks).text());
         if let Some(contact) = &self.result.contact {
             text += &format!("\n{}", contact_table(contact).text());
+        }
+        if self.chips().next().is_some() {
+            text += &format!("\n{}", chip_summary(self.chips()).text());
         }
         text
     }
@@ -138,6 +143,33 @@ impl CutReport<'_> {
             }
         }
         table
+    }
+
+    /// Members with chips.
+    fn chips(&self) -> impl Iterator<Item = &ChipResult> {
+        self.result.chips.iter().flatten()
+    }
+
+    /// The chips of the only member that has some, as a face-mill load reads them.
+    pub fn chip_table(&self) -> Option<Table<'static>> {
+        let mut members = self.chips();
+        let (Some(found), None) = (members.next(), members.next()) else {
+            return None;
+        };
+        let mut table = Table::numeric(
+            "pass|blade|cradle [deg]|head [deg]|slot [deg]|area [mm²]|edge [mm]|thickness [mm]",
+        );
+        for place in &found.chips.places {
+            let angles = [place.cradle, place.head, place.theta].map(f64::to_degrees);
+            let chip = &place.chip;
+            let mut cells = vec![place.pass.to_string(), (place.blade + 1).to_string()];
+            cells.extend(angles.map(decimal));
+            cells.push(decimal(1e6 * chip.area));
+            cells.push(decimal(1e3 * chip.edge));
+            cells.push(decimal(1e3 * chip.area / chip.edge));
+            table.row(cells);
+        }
+        Some(table)
     }
 
     /// The cut flanks with all causes as triangles.
@@ -284,5 +316,47 @@ fn contact_json(contact: &CutContact) -> Value {
         "ideal": summary(&contact.ideal),
         "with_chain_errors": contact.changed.as_ref().ok().map(summary),
         "blade_bound_arcsec": ARCSEC * contact.blade_bound,
+    })
+}
+
+fn chip_summary<'a>(chips: impl Iterator<Item = &'a ChipResult>) -> Table<'static> {
+    let mut table = Table::named(
+        "chips|passes|cradle from [deg]|to [deg]|greatest area [mm²]|edge there [mm]|mean thickness there [mm]|volume [mm³]",
+    );
+    for result in chips {
+        let (Some(greatest), Some(roll)) = (result.greatest(), result.roll()) else {
+            continue;
+        };
+        let chip = &greatest.chip;
+        table.row([
+            MEMBERS[result.member].to_string(),
+            result.chips.passes.to_string(),
+            format!("{:.3}", roll[0].to_degrees()),
+            format!("{:.3}", roll[1].to_degrees()),
+            format!("{:.4}", 1e6 * chip.area),
+            format!("{:.3}", 1e3 * chip.edge),
+            format!("{:.4}", 1e3 * chip.area / chip.edge),
+            format!("{:.1}", 1e9 * result.chips.volume),
+        ]);
+    }
+    table
+}
+
+fn chips_json(result: &ChipResult) -> Value {
+    let greatest = result.greatest().map(|place| {
+        json!({
+            "area_mm2": 1e6 * place.chip.area,
+            "edge_mm": 1e3 * place.chip.edge,
+            "thickness_mm": 1e3 * place.chip.area / place.chip.edge,
+            "cradle_deg": place.cradle.to_degrees(),
+            "slot_deg": place.theta.to_degrees(),
+        })
+    });
+    json!({
+        "member": MEMBERS[result.member],
+        "passes": result.chips.passes,
+        "cradle_deg": result.roll().map(|roll| roll.map(f64::to_degrees)),
+        "greatest": greatest,
+        "volume_mm3": 1e9 * result.chips.volume,
     })
 }

@@ -237,31 +237,20 @@ impl LoadHistory {
     }
 }
 
-/// Cutting forces of a face-mill head that generates one tooth slot: blade groups enter and leave the slot one after
-/// another, the chip thickens and thins again over the generating roll.
+/// Cutting forces of a face-mill head that generates one tooth slot.
 ///
 /// One blade cuts `F = k_c1 b h^(1−m)` along its path (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm), and is pushed across it
 /// by shares of F.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceMill {
-    /// Blade groups round the head.
-    pub blades: u32,
-    /// Radius at which they cut, m.
+    /// Chips of the blades.
+    pub chips: MillChips,
+    /// Radius at which they are cut, m.
     pub radius: f64,
-    /// Angle of the head over which one blade is in the slot, rad.
-    pub arc: f64,
     /// k_c1, Pa.
     pub specific_force: f64,
     /// m, in [0, 1).
     pub exponent: f64,
-    /// Chip width b of one group, m.
-    pub width: f64,
-    /// Largest chip thickness over the roll, m.
-    pub chip: f64,
-    /// Excess cut of the first group and deficit of the one opposite, m: run-out of the head.
-    pub runout: f64,
-    /// The generating roll, begin and end, s.
-    pub roll: [f64; 2],
     /// +1 or −1: the sense of its torque on the node.
     pub sense: f64,
     /// Angle of the middle of the slot round the axis of the head, from x to y, rad; needed where the head moves across it.
@@ -270,6 +259,50 @@ pub struct FaceMill {
     pub radial: f64,
     /// Axial force along z, as a share of F.
     pub axial: f64,
+}
+
+/// Chips of the blade groups of a head.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MillChips {
+    /// By their greatest size.
+    Stated(StatedChips),
+    /// By the passes of the blades, from the time at which the first place of the first pass is cut, s.
+    Passes {
+        /// That time, s.
+        start: f64,
+        /// Places pass by pass.
+        passes: Vec<Vec<MillPlace>>,
+    },
+}
+
+/// Chips of alike groups that enter and leave the slot one after another; they thicken and thin again over the generating roll.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedChips {
+    /// Blade groups round the head.
+    pub blades: u32,
+    /// Angle of the head over which one blade is in the slot, rad.
+    pub arc: f64,
+    /// Chip width b of one group, m.
+    pub width: f64,
+    /// Largest chip thickness over the roll, m.
+    pub chip: f64,
+    /// Excess cut of the first group and deficit of the one opposite, m: run-out of the head.
+    pub runout: f64,
+    /// The generating roll, begin and end, s.
+    pub roll: [f64; 2],
+}
+
+/// A place of a blade's pass through the slot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MillPlace {
+    /// Turn of the head from the first place of the first pass, rad.
+    pub head: f64,
+    /// Angle of the blade from the middle of the slot in the sense of its turn, rad.
+    pub angle: f64,
+    /// Length of the edge that cuts, m.
+    pub edge: f64,
+    /// Mean chip thickness along it, m.
+    pub thickness: f64,
 }
 
 /// Motor model: drives a node by its speed, or moves it as prescribed.

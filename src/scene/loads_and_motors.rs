@@ -1,11 +1,10 @@
 //! Reads `[[load]]`, `[[motor]]`, `[[brake]]` and `[[clutch]]`.
 
-use std::f64::consts::TAU;
-
+use super::face_mill;
 use super::factors::{self, points, read_interval};
 use super::friction;
 use super::laws::{
-    FaceMill, FrictionLaw, LoadHistory, MotionProfile, MotorModel, Sinusoid, TorqueSpeedCurve,
+    FrictionLaw, LoadHistory, MotionProfile, MotorModel, Sinusoid, TorqueSpeedCurve,
 };
 use super::model::{Brake, BranchEnd, Load, Motor, Name};
 use super::shared_keys;
@@ -72,7 +71,7 @@ pub fn load(f: &mut TableReader) -> Load {
             ("times", QuantityKind::Time),
             ("torques", QuantityKind::Torque),
         )),
-        LoadTag::FaceMill => LoadHistory::FaceMill(face_mill(f)),
+        LoadTag::FaceMill => LoadHistory::FaceMill(face_mill::read(f)),
         LoadTag::Product => LoadHistory::Product {
             torque: torque(f),
             factors: factors::factors(f),
@@ -130,47 +129,6 @@ fn orders(f: &mut TableReader) -> LoadHistory {
     LoadHistory::Orders {
         mean,
         orders: orders.collect(),
-    }
-}
-
-fn face_mill(f: &mut TableReader) -> FaceMill {
-    let blades = f.optional_count("blade_groups", 1, 1000);
-    f.require("blade_groups");
-    let forward = f.choice("sense", &[("forward", 1.0), ("backward", -1.0)]);
-    f.require("sense");
-    FaceMill {
-        blades: blades.unwrap_or(1),
-        radius: f.quantity("radius", QuantityKind::Length, ValueRange::Positive),
-        arc: f.quantity(
-            "arc",
-            QuantityKind::Angle,
-            ValueRange::Open(0.0, TAU, "above 0° and below 360°"),
-        ),
-        specific_force: f.quantity(
-            "specific_force",
-            QuantityKind::Pressure,
-            ValueRange::Positive,
-        ),
-        exponent: f
-            .optional_number(
-                "exponent",
-                ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1"),
-            )
-            .unwrap_or(0.25),
-        width: f.quantity("chip_width", QuantityKind::Length, ValueRange::Positive),
-        chip: f.quantity("chip_thickness", QuantityKind::Length, ValueRange::Positive),
-        runout: f
-            .optional_quantity("runout", QuantityKind::Length, ValueRange::NotNegative)
-            .unwrap_or(0.0),
-        roll: read_interval(f, "roll"),
-        sense: forward.unwrap_or(1.0),
-        slot: f.optional_quantity("slot", QuantityKind::Angle, ValueRange::Any),
-        radial: f
-            .optional_number("radial_share", ValueRange::Any)
-            .unwrap_or(0.0),
-        axial: f
-            .optional_number("axial_share", ValueRange::Any)
-            .unwrap_or(0.0),
     }
 }
 

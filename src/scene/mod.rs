@@ -62,6 +62,12 @@ mod supports;
 
 mod factors;
 
+pub mod limit_table;
+
+mod csv_table;
+
+mod face_mill;
+
 mod loads_and_motors;
 
 mod declared_errors;
@@ -79,10 +85,6 @@ mod file;
 pub mod measured_gear;
 
 pub mod gear_readings;
-
-pub mod limit_table;
-
-mod csv_table;
 
 pub mod cut_file;
 pub mod measured_grid;

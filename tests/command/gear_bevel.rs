@@ -833,3 +833,35 @@ fn keeps_loaded_contact_of_a_bevel_file() {
         "{text}"
     );
 }
+
+/// The stated error of e(φ, T) from the stations holds against half as many stations again, and is no more than four times it.
+#[test]
+fn law_error_of_stations() {
+    let mesh = |stations: &str| {
+        document(&[
+            "gear",
+            "models/gears/bevel_12_36.toml",
+            "--torques",
+            "100:300:2",
+            "--positions",
+            "30",
+            "--stations",
+            stations,
+            "--json",
+        ])["mesh"]
+            .clone()
+    };
+    let (found, finer) = (mesh("32"), mesh("48"));
+    for (k, stated) in numbers(&found["te_error_arcsec"]).iter().enumerate() {
+        let te = |mesh: &Value| numbers(&mesh["te_arcsec"][k]);
+        let apart = te(&found)
+            .iter()
+            .zip(te(&finer))
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            apart <= *stated && *stated <= 4.0 * apart,
+            "{apart} {stated}"
+        );
+    }
+}

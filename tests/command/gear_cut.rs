@@ -242,3 +242,83 @@ fn refuses_cuts() {
         "usage"
     );
 }
+
+/// The chips of a gear's slot as a face-mill load: with Kienzle's m = 0 the force is k_c1 times the area, so that the impulse on a heavy
+/// head is `k_c1 r ∫ A dθ/Ω`, the integral taken from the file.
+#[test]
+fn exact_impulse_of_chips() {
+    let (folder, file) = changed("[cut]\n", "[cut]\n");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replacen("member = \"pinion\"", "member = \"gear\"", 1);
+    let text = text.replacen("blades = 16", "blades = 8", 1);
+    let start = text.find("radial_run_out").unwrap();
+    put(folder.path(), "pair.toml", &text[..start]);
+    let chips = folder.path().join("chips.csv");
+    let chips = chips.to_str().unwrap();
+    let found = document(&["gear", "cut", &file, "--chips", chips, "--json"]);
+    let of = &found["cut"]["chips"][0];
+    assert_eq!(of["member"], "gear");
+    let written = std::fs::read_to_string(chips).unwrap();
+    let rows: Vec<Vec<f64>> = written
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    let greatest = rows.iter().map(|row| row[5]).fold(0.0, f64::max);
+    assert_eq!(greatest, number(&of["greatest"]["area_mm2"]));
+    let step = (rows.windows(2).filter(|pair| pair[0][0] == pair[1][0]))
+        .map(|pair| pair[1][3] - pair[0][3])
+        .fold(f64::INFINITY, f64::min);
+    let area: f64 = rows.iter().map(|row| row[5]).sum();
+    let (speed, force, radius, inertia) = (6.0, 2e9, 0.1, 1e6);
+    let exact = force * radius * area * 1e-6 * step.to_radians() / speed / inertia;
+    let head = |chips: &str| {
+        let text = format!(
+            "inertia = [{{ name = \"head\", J = \"{inertia:e} kg·m²\" }}]\n[speed]\nhead = \"{speed} rad/s\"\n[[load]]\nat = \"head\"\nkind = \"face-mill\"\nsense = \"backward\"\nradius = \"{radius} m\"\nspecific_force = \"{force:e} Pa\"\nexponent = 0.0\nchips = \"{chips}"
+        );
+        let path = put(folder.path(), "head.toml", &text);
+        path.to_str().unwrap().to_string()
+    };
+    let machine = head("chips.csv\"\nstart = \"0.1 s\"\n");
+    let simulate = [
+        "simulate",
+        &machine,
+        "--until",
+        "30",
+        "--output",
+        "head.theta.speed",
+        "--json",
+    ];
+    let speeds = numbers(&document(&simulate)["outputs"]["head.theta.speed_rad_s"]);
+    let lost = speeds[0] - speeds[speeds.len() - 1];
+    within(
+        "impulse of all chips, relative",
+        (lost / exact - 1.0).abs(),
+        1e-5,
+    );
+
+    let (code, message) = refusal(&["check", &head("chips.csv\"\narc = \"5 deg\"\n")]);
+    assert!(
+        code == "conflict" && message.contains("`arc` and `chips`"),
+        "{message}"
+    );
+    assert_eq!(refusal(&["check", &head("none.csv\"\n")]).0, "file-missing");
+    put(
+        folder.path(),
+        "bare.csv",
+        &written.replacen("edge [mm]", "edge", 1),
+    );
+    assert_eq!(refusal(&["check", &head("bare.csv\"\n")]).0, "missing-unit");
+    let wrong = written.lines().take(2).collect::<Vec<_>>().join("\n") + "\n0,1,0,1,0,1,1,-1\n";
+    put(folder.path(), "wrong.csv", &wrong);
+    assert_eq!(
+        refusal(&["check", &head("wrong.csv\"\n")]).0,
+        "out-of-range"
+    );
+    let (_folder, pinion) = coarse();
+    let (code, message) = refusal(&["gear", "cut", &pinion, "--chips", chips]);
+    assert!(
+        code == "usage" && message.contains("setting of its own"),
+        "{message}"
+    );
+}

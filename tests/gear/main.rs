@@ -11,6 +11,7 @@ mod complementarity;
 mod contact;
 mod correction;
 mod cut_blades;
+mod cut_chips;
 mod cylindrical_laws;
 mod cylindrical_outline;
 mod cylindrical_pair;

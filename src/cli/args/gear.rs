@@ -151,6 +151,9 @@ pub struct CutArgs {
     /// Write the cut flanks: points, normals and deviations as .csv, triangles as .stl
     #[arg(long, value_name = "FILE")]
     pub flank: Option<PathBuf>,
+    /// Write the chips of all passes of the blades as CSV, for the key `chips` of a face-mill load
+    #[arg(long, value_name = "FILE")]
+    pub chips: Option<PathBuf>,
     /// Output flags.
     #[command(flatten)]
     pub out: OutputArgs,

@@ -24,6 +24,8 @@ pub mod angle_errors;
 
 pub mod blade_passes;
 
+pub mod chips;
+
 pub mod cut_surface;
 
 pub mod roll_errors;

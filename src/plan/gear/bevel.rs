@@ -80,7 +80,8 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
             let flanks = (pair, path);
             let loaded = LoadedPair::new(file, teeth, flanks)?;
             let mesh = loaded.mesh(torques, &mut diagnostics)?;
-            (Some(mesh), loaded.studies()?)
+            let studies = loaded.studies(&mesh.mesh)?;
+            (Some(mesh), studies)
         }
         _ => (None, MeshStudies::default()),
     };

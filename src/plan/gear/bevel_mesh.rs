@@ -42,6 +42,8 @@ pub struct BevelMeshResult {
 /// Studies of a loaded mesh that the file asks for.
 #[derive(Debug, Clone, Default)]
 pub struct MeshStudies {
+    /// Error of e(φ, T) from the stations by torque, rad; none where half as many do not carry.
+    pub te_errors: Option<Vec<f64>>,
     /// Torques up to the largest at which strips begin or cease to carry, by position, where they are requested.
     pub changes: Option<Vec<Vec<StripChange>>>,
     /// The contact over load and misalignment, where departures of the axes are stated.
@@ -108,20 +110,40 @@ impl LoadedPair<'_> {
         })
     }
 
-    /// The studies of the file.
+    /// The studies of the file, and the error of a mesh.
     ///
     /// # Errors
     /// As `FlankMesh::map`.
-    pub fn studies(&self) -> Result<MeshStudies, Error> {
+    pub fn studies(&self, mesh: &FlankMeshResult) -> Result<MeshStudies, Error> {
         let located = |e: Error| e.with_span(&self.file.span);
         let study = &self.file.mesh;
         let largest = study.torques.iter().copied().fold(0.0, f64::max);
         let changes = study.changes.then(|| self.flank_mesh().changes(largest));
         let stability = stability(self.file, self.pair, self.options, self.bending());
         Ok(MeshStudies {
+            te_errors: self.te_errors(mesh),
             changes: changes.transpose().map_err(located)?,
             stability: stability.map_err(located)?,
         })
+    }
+
+    /// Half the greatest difference of e(φ, T) to half as many stations: edges that cover a few stations converge with about the order 1.5,
+    /// and unevenly.
+    fn te_errors(&self, mesh: &FlankMeshResult) -> Option<Vec<f64>> {
+        let torques: Vec<f64> = mesh.cycles.iter().map(|c| c.torque).collect();
+        let options = FlankMeshOptions {
+            stations: self.options.stations / 2,
+            ..self.options
+        };
+        let coarse = FlankMesh::new(self.pair, self.path, options, self.bending());
+        let coarse = coarse.map(&torques).ok()?;
+        let pairs = mesh.cycles.iter().zip(&coarse.cycles);
+        let apart = pairs.map(|(fine, coarse)| {
+            let places = fine.positions.iter().zip(&coarse.positions);
+            let most = places.map(|(a, b)| (a.te - b.te).abs()).fold(0.0, f64::max);
+            0.5 * most
+        });
+        Some(apart.collect())
     }
 
     fn flank_mesh(&self) -> FlankMesh<'_> {

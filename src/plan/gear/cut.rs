@@ -1,5 +1,6 @@
 //! A bevel pair as discrete blades cut it: its flanks, its contact, stages.
 
+use super::cut_chips::{self, ChipResult};
 use super::cut_contact::{CutContact, contact};
 use super::cut_flank::{CauseResult, CutFlankResult, flank, flank_node};
 use crate::base::error::{Diagnostic, Error};
@@ -15,6 +16,8 @@ pub struct CutResult {
     pub flanks: Vec<CutFlankResult>,
     /// Contact of the flanks that touch, ideal and with the errors of the chain.
     pub contact: Option<CutContact>,
+    /// Chips of the members that are cut from the solid, or why there are none.
+    pub chips: Vec<Result<ChipResult, String>>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
@@ -40,8 +43,14 @@ pub fn run(file: &CutFile) -> Result<CutResult, Error> {
         diagnostics.extend(left_out(flank));
     }
     let contact = contact(file, &flanks, &mut diagnostics);
+    let is_cut = |member: &usize| file.study.member.is_none_or(|only| only == *member);
+    let members = [0, 1].into_iter().filter(is_cut);
+    let chips: Vec<_> = members
+        .map(|member| cut_chips::chips(file, member))
+        .collect();
     Ok(CutResult {
-        plan: plan(file, &flanks, contact.as_ref()),
+        plan: plan(file, &flanks, contact.as_ref(), &chips),
+        chips,
         flanks,
         contact,
         diagnostics,
@@ -73,6 +82,7 @@ fn plan(
     file: &CutFile,
     flanks: &[CutFlankResult],
     contact: Option<&CutContact>,
+    chips: &[Result<ChipResult, String>],
 ) -> Vec<(&'static str, StageDecision)> {
     use StageDecision::{LeftOut, Runs};
     let study = &file.study;
@@ -131,9 +141,10 @@ fn plan(
                 None => LeftOut("the flanks that touch are not both described, or do not touch".into()),
             },
         ),
+        ("chips", cut_chips::decision(chips)),
         (
-            "chips",
-            LeftOut("chip areas and regeneration are not computed".into()),
+            "regeneration",
+            LeftOut("vibration of the cut does not return in the chips of later blades".into()),
         ),
     ]
 }

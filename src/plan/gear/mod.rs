@@ -84,6 +84,9 @@ pub mod cut_flank;
 /// Contact of a pair as it is cut.
 pub mod cut_contact;
 
+/// Chips of a member that is cut from the solid.
+pub mod cut_chips;
+
 /// A pair as discrete blades cut it.
 pub mod cut;
 
