@@ -724,7 +724,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "contact-ends",
         Warning,
-        "A part of a profile or flank has no contact: its normals do not meet the pitch curve, the cutter ends to touch or does not reach it, or the contact leaves the face.",
+        "A part of a profile or flank has no contact: its normals do not meet the pitch curve, the cutter does not reach it, or the contact leaves the face.",
+    ),
+    (
+        "double-contact",
+        Warning,
+        "Contact lines of cutter and flank have an envelope on the cutter, the limit of the second kind: on one side of it every point of the blade touches twice and makes two parts of the flank, on the other never. The flank is whole, the blade wears on one side.",
     ),
     (
         "readings-misfit",

@@ -60,7 +60,7 @@ impl FlankTable {
             FlankTable::Settings(cut) => cut,
             FlankTable::SpiralAngle(cutter, spiral_angle) => FlankCut {
                 cutter,
-                settings: rough_settings(blank, cutter.point_radius, spiral_angle),
+                settings: rough_settings(blank, &cutter, spiral_angle),
                 eccentric: None,
             },
         }

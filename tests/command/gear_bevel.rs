@@ -724,6 +724,40 @@ convex = { cutter = { point_radius = "113.2 mm" } }
     assert!(message.contains("`spiral_angle` and settings"), "{message}");
 }
 
+/// A generating cutter cuts like a crown gear, which no hollow gear of a pitch angle above 90° takes in: both its flanks are cut away, the
+/// warning says so, and no contact is computed.
+#[test]
+fn keeps_the_reason_of_flanks_cut_away() {
+    let text = r#"
+pair = { kind = "bevel", shaft_angle = "130 deg" }
+[pinion]
+teeth = 12
+hand = "left"
+blank = { pitch_angle = "20 deg", face_angle = "23 deg", root_angle = "18 deg", mean_cone_distance = "100 mm", face_width = "25 mm" }
+spiral_angle = "30 deg"
+concave = { cutter = { point_radius = "101 mm", blade_angle = "20 deg" } }
+[gear]
+teeth = 33
+blank = { pitch_angle = "110 deg", face_angle = "112 deg", root_angle = "107 deg", mean_cone_distance = "100 mm", face_width = "25 mm" }
+spiral_angle = "30 deg"
+convex = { cutter = { point_radius = "99 mm", blade_angle = "20 deg" } }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "hollow.toml", text);
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let limits = found["limits"].as_array().unwrap();
+    let hollow = limits.iter().find(|l| l["member"] == "gear").unwrap();
+    assert_eq!(hollow["kind"], "cut-away");
+    let warnings = found["warnings"].as_array().unwrap();
+    let undercut = warnings.iter().find(|w| w["code"] == "undercut").unwrap();
+    let message = undercut["message"].as_str().unwrap();
+    assert!(
+        message.contains("the convex flank of the gear lies wholly beyond"),
+        "{message}"
+    );
+    assert!(found["contact"].is_null());
+}
+
 /// Torques of change rise from zero, at every position with a strip that begins; the moment in the root of the pinion is that of its share;
 /// the pattern lies on the face; stated departures of the axes have their table and picture.
 #[test]

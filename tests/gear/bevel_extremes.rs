@@ -36,7 +36,7 @@ fn outcome(blank: &Blank, radius: f64, spiral_angle: f64, hand: Hand, blade: Bla
         blade_angle: 20f64.to_radians(),
         edge_radius: 0.08 * blank.section().unwrap().depth(),
     };
-    let settings = rough_settings(blank, radius, spiral_angle);
+    let settings = rough_settings(blank, &cutter, spiral_angle);
     let flank = BevelFlank::new(&cutter, &settings, hand, blank.section().unwrap());
     let Some(grid) = FlankGrid::of(&flank, 7, 9) else {
         return Outcome::Missed;

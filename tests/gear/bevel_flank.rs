@@ -10,6 +10,7 @@ use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings, Roll};
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
 use geardyn::internals::gear::bevel::tooth_section::ToothSection;
 use geardyn::internals::gear::cut::setting::FlankSetup;
+use geardyn::internals::gear::kernel::envelope::Envelope;
 use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::limits::Limit;
 use geardyn::internals::gear::kernel::pose::Point;
@@ -431,4 +432,56 @@ fn exact_structure_elements() {
     within("diagonal coefficient, relative", diagonals, 1e-8);
     within("lengthwise curvature, relative", lengthwise, 1e-8);
     within("profile curvature, relative", profiles, 1e-8);
+}
+
+/// The limit of the second kind that crosses a flank of a machine with a blank offset: a point of the cutter on one side of the curve touches
+/// twice, before and after the curve's own turn of the cradle, a point on the other side never; the flank is whole on both sides.
+#[test]
+fn law_second_limit_parts_the_cutter() {
+    let blank = Blank::of_one_apex([1.1441508, 1.2407025, 1.045147], 80.0, 15.4426);
+    let cutter = Cutter {
+        blade: Blade::Outside,
+        point_radius: 52.391,
+        blade_angle: 0.2353354,
+        edge_radius: 0.0,
+    };
+    let settings = MachineSettings {
+        radial_distance: 77.4505,
+        cradle_angle: 0.823852,
+        blank_offset: -14.9355,
+        sliding_base: -0.64881,
+        helical_motion: 0.0,
+        centre_to_back: -1.90209,
+        machine_root_angle: 0.931477,
+        tilt: 0.0482197,
+        swivel: -1.05318,
+        roll: Some(Roll::constant(1.1681106)),
+    };
+    let flank = BevelFlank::new(&cutter, &settings, Hand::Left, blank.section().unwrap());
+    let grid = FlankGrid::of(&flank, 7, 9).unwrap();
+    let limits = FlankLimits::of(&flank, &grid, |_| true);
+    assert!(!limits.0[1].is_empty());
+    let mut count = 0;
+    for p in (flank.limits(Limit::Second, grid.domain().unwrap()).iter()).flatten() {
+        let r = p.point.coordinates;
+        let shares = flank.section.shares([r.z, f64::hypot(r.x, r.y)]).unwrap();
+        if !shares.iter().all(|x| (0.0..=1.0).contains(x)) {
+            continue;
+        }
+        count += 1;
+        assert!(p.second_order.undercut < 0.0);
+        let [u, theta, x] = p.at;
+        let near = Envelope {
+            range: [x - 0.2, x + 0.2],
+            ..flank.envelope.clone()
+        };
+        // f is linear in u on a cone: the point of the blade at θ that touches at x + 0.03.
+        let later = near.meeting([u, theta, x + 0.03]).unwrap();
+        let step = later.f / later.gradient[0];
+        let touching = near.motion_parameters([u - step, theta]);
+        assert_eq!(touching.len(), 2, "{touching:?} about {x}");
+        assert!(touching[0] < x && (touching[1] - x - 0.03).abs() < 1e-9);
+        assert!(near.motion_parameters([u + step, theta]).is_empty());
+    }
+    assert!(count >= 3, "{count}");
 }

@@ -248,20 +248,21 @@ fn ref_worm_contact() {
         let mut worst = 0f64;
         for row in rows(&expected["contact"]) {
             let c = pair.contact(row[0], row[1].to_radians()).unwrap();
+            let in_wheel = c.in_wheel();
             let computed = [
-                c.axial,
+                c.from_wheel.z,
                 c.worm_turn.to_degrees(),
-                c.in_wheel.x,
-                c.in_wheel.y,
-                c.in_wheel.z,
+                in_wheel.x,
+                in_wheel.y,
+                in_wheel.z,
                 c.second_limit,
                 c.undercut,
-                c.relative_curvature,
+                c.relative_curvature(),
                 c.lubrication_angle().to_degrees(),
                 c.sliding,
-                c.line_speeds[0],
-                c.line_speeds[1],
-                c.sliding_across,
+                c.line_speeds()[0],
+                c.line_speeds()[1],
+                c.sliding_across(),
             ];
             worst = worst.max(apart(&computed, &row[2..]));
         }
@@ -294,8 +295,8 @@ fn ref_worm_undercut() {
             let azimuth = row[0].to_radians();
             let radius = pair.undercut(azimuth, [26.0, 40.0]).unwrap();
             let contact = pair.contact(radius, azimuth).unwrap();
-            let wheel = f64::hypot(contact.in_wheel.x, contact.in_wheel.z);
-            let computed = [radius, contact.axial, wheel, contact.in_wheel.y];
+            let place = contact.from_wheel;
+            let computed = [radius, place.z, contact.wheel_radius(), place.y];
             worst = worst.max(apart(&computed, &row[1..]));
         }
         within(&format!("{name}: limit curve, mm"), worst, 1e-9);

@@ -98,7 +98,7 @@ fn exact_interference_of_worm_wheels() {
             .interference(&pair, &all, turns, [THICKNESS, 1e-6])
             .unwrap();
         // In azimuth: the worm at the other turn against the point.
-        let at = cut.contact.in_wheel;
+        let at = cut.contact.in_wheel();
         let spun = -pair.ratio * cut.worm_turn;
         let (s, c) = spun.sin_cos();
         let (x, z) = (at.x * c + at.z * s, at.z * c - at.x * s);
@@ -132,7 +132,7 @@ fn exact_second_contact_of_worms() {
         let (pair, zone) = worm(flank, 20.0, 40.0);
         for contact in contacts(&pair, &zone) {
             let again = pair.second_contact(&contact).unwrap();
-            worst = worst.max((again.axial - contact.axial).abs());
+            worst = worst.max((again.from_wheel.z - contact.from_wheel.z).abs());
             let turned = again.worm_turn - contact.worm_turn;
             worst = worst.max((turned - (again.azimuth - contact.azimuth)).abs());
             let back = pair.second_contact(&again).unwrap();
@@ -167,7 +167,8 @@ fn law_second_contacts_bound_the_worm() {
     let normal = Vector::new(0.0, -pair.plane_angle.sin(), pair.plane_angle.cos());
     let mut points = Vec::new();
     for turn in [0.25, 0.35, 0.45] {
-        let second = (-8..=8).filter_map(|k| pair.second_contact(turn, f64::from(k)));
+        let line = pair.generating_line(turn);
+        let second = (-8..=8).filter_map(|k| line.touching_again(f64::from(k)));
         let real = second.filter(|c| c.relative_curvature < 0.0 && on_tooth(c));
         points.extend(real.map(|c| c.in_wheel));
     }

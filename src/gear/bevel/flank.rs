@@ -115,7 +115,8 @@ impl BevelFlank {
         let tried = starts.iter().take(STARTS);
         let mut cut_away = None;
         for at in tried.filter_map(|(_, start)| self.envelope.on_circle(place, *start)) {
-            if on_blade(&at) && !is_cut_away(&self.envelope.point(at)?) {
+            let point = self.envelope.point(at);
+            if on_blade(&at) && point.is_some_and(|point| !is_cut_away(&point)) {
                 return Some(at);
             }
             cut_away = cut_away.or(Some(at).filter(on_blade));

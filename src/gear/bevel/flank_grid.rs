@@ -20,7 +20,7 @@ pub struct FlankGrid {
 impl FlankGrid {
     /// The nodes of a flank at equal shares of height and face, both with their ends; none where no point of the flank is found.
     ///
-    /// Each node starts from the two before it, then from the middle, then in small steps from the one before: a slim pinion turns by radians
+    /// Each node starts from the four before it by a cubic, then from the middle, then in small steps from the one before: a slim pinion turns by radians
     /// from node to node.
     pub fn of(flank: &BevelFlank, rows: usize, columns: usize) -> Option<FlankGrid> {
         let middle = (flank.middle()?, flank.section.at(0.5, 0.5));
@@ -39,8 +39,11 @@ impl FlankGrid {
                         (column >= back).then(|| nodes[nodes.len() - back])??;
                     (!node.in_fillet).then_some(node.point.at)
                 };
-                let start = match [known(2), known(1)] {
-                    [Some(a), Some(b)] => [0, 1, 2].map(|k| 2.0 * b[k] - a[k]),
+                let start = match [4, 3, 2, 1].map(known) {
+                    [Some(a), Some(b), Some(c), Some(d)] => {
+                        [0, 1, 2].map(|k| 4.0 * (b[k] + d[k]) - 6.0 * c[k] - a[k])
+                    }
+                    [_, _, Some(c), Some(d)] => [0, 1, 2].map(|k| 2.0 * d[k] - c[k]),
                     _ => near.0,
                 };
                 let node = (flank.tooth_point(place, start))

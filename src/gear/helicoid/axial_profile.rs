@@ -48,6 +48,7 @@ impl Helicoid {
     }
 
     /// The profile at a radius; none where the flank does not reach it.
+    #[inline]
     pub fn at(&self, radius: f64) -> Option<ProfilePoint> {
         let p = self.lead;
         let mut at = match self.profile {
@@ -96,10 +97,11 @@ impl Helicoid {
 /// `g′ = p √(ρ² − r_b²)/(ρ r_b)`; none within the base cylinder.
 fn involute(p: f64, base: f64, radius: f64) -> Option<ProfilePoint> {
     let root = (radius * radius - base * base).sqrt();
+    let (tangent, over) = (root / base, 1.0 / (radius * root));
     (root > 0.0).then(|| ProfilePoint {
-        height: p * (root / base - (base / radius).acos()),
-        slope: p * root / (radius * base),
-        curvature: p * base / (radius * radius * root),
+        height: p * (tangent - (base / radius).acos()),
+        slope: p * tangent * root * over,
+        curvature: p * base * root * over * over,
     })
 }
 

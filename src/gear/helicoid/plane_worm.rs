@@ -4,12 +4,10 @@
 //! worm, η along y; the plane is `ζ = r_b + η tan β`. Fixed: `x = (a − ξ c − ζ s, η, ζ c − ξ s)` with s, c = sin φ₂, cos φ₂. The plane
 //! touches along the straight line `ξ cos β (c sin β + i cos β) + η s = sin β cos β (a − r_b s)`. A point x of the worm with its normal n
 //! touches the wheel again after a turn Δ of the worm, `tan(Δ/2) = m_x/m_y` with `m = x×n`: on the wheel this is the enveloped part of the
-//! tooth, bounded on the plane by the limit of the second kind m_x = 0.
+//! tooth, bounded on the plane by the limit of the second kind m_x = 0. Along a generating line n is constant and x linear in η: so are
+//! m, Φ and D, and every condition on the line has its root in closed form.
 
 use super::worm_pair::half_turn_tangent;
-use crate::gear::kernel::root::sign_change;
-use crate::gear::kernel::second_order::Curvature;
-use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
 /// A plane-generated worm pair; lengths have the unit of the input.
@@ -40,7 +38,8 @@ pub struct PlaneWormContact {
     pub second_limit: f64,
     /// D; zero where the generated flank has an edge of regression.
     pub undercut: f64,
-    /// Curvature of the wheel less that of the worm across the line of contact: below zero where they touch from outside.
+    /// Curvature of the wheel less that of the worm across the line of contact: below zero where they touch from outside, infinite at an
+    /// edge of regression.
     pub relative_curvature: f64,
     /// Sine of the angle of the line of contact to the sliding velocity.
     pub lubrication_sine: f64,
@@ -65,77 +64,13 @@ impl PlaneWormContact {
     }
 }
 
-/// A point of the worm with what the second contact needs of the first.
-#[derive(Debug, Clone, Copy)]
-struct WormPoint {
-    point: Vector,
-    normal: Vector,
-    /// Curvature of the worm, `p pᵀ/D`.
-    curvature: Curvature,
-    /// Sine and cosine of the plane's inclination.
-    plane: (f64, f64),
-}
-
-/// Δ within this of zero is the limit itself, where the relative curvature of the second contact is 0 and its formula 0/0, rad.
+/// Δ within this of zero is the limit itself, where both contacts are one, rad.
 const AT_LIMIT: f64 = 1e-6;
-/// Parts of the turn in which the generating turns of a second contact are sought.
-const PARTS: u32 = 24;
 
 impl PlaneWorm {
-    /// Contact of the plane at a turn of the wheel, η across the tooth; none where the line of contact runs along ξ.
-    pub fn first_contact(&self, wheel_turn: f64, eta: f64) -> Option<PlaneWormContact> {
-        Some(self.generated(wheel_turn, eta)?.0)
-    }
-
-    /// The second contact of the worm's point that the plane makes at a turn of the wheel; it happens at another turn.
-    pub fn second_contact(&self, wheel_turn: f64, eta: f64) -> Option<PlaneWormContact> {
-        let (_, worm) = self.generated(wheel_turn, eta)?;
-        self.touching_again(wheel_turn, &worm)
-    }
-
-    /// Second contacts with a place η of the generating line at one turn of the wheel: `φ₂* + i Δ(φ₂*, η) = φ₂`.
-    pub fn second_contacts(&self, wheel_turn: f64, eta: f64) -> Vec<PlaneWormContact> {
-        let reach = self.ratio * std::f64::consts::PI;
-        let off = |turn: f64| Some(self.second_contact(turn, eta)?.wheel_turn - wheel_turn);
-        let place = |k: u32| wheel_turn + reach * (2.0 * f64::from(k) / f64::from(PARTS) - 1.0);
-        let turns = (0..PARTS).filter_map(|k| sign_change([place(k), place(k + 1)], off));
-        turns
-            .filter_map(|turn| self.second_contact(turn, eta))
-            .collect()
-    }
-
-    /// The limit of the second kind on the plane, ξ and η: there both parts of the tooth join.
-    pub fn limit(&self, wheel_turn: f64) -> Option<[f64; 2]> {
-        let (s, c) = wheel_turn.sin_cos();
-        let (sb, cb) = self.plane_angle.sin_cos();
-        let line = self.line(wheel_turn);
-        let tangent = [-s * sb * cb, c, -self.base_radius * c * sb * cb];
-        let determinant = line[0] * tangent[1] - line[1] * tangent[0];
-        let place = [
-            (line[2] * tangent[1] - line[1] * tangent[2]) / determinant,
-            (line[0] * tangent[2] - line[2] * tangent[0]) / determinant,
-        ];
-        place.iter().all(|x| x.is_finite()).then_some(place)
-    }
-
-    /// Place η on the line of contact where the worm has its edge of regression, D = 0, between two places.
-    pub fn undercut(&self, wheel_turn: f64, range: [f64; 2]) -> Option<f64> {
-        sign_change(range, |eta| {
-            Some(self.first_contact(wheel_turn, eta)?.undercut)
-        })
-    }
-
-    /// Coefficients A, B, C of the line of contact `A ξ + B η = C` on the plane.
-    pub fn line(&self, wheel_turn: f64) -> [f64; 3] {
-        self.line_at(wheel_turn.sin_cos(), self.plane_angle.sin_cos())
-    }
-
-    fn line_at(&self, (s, c): (f64, f64), (sb, cb): (f64, f64)) -> [f64; 3] {
-        [
-            cb * (c * sb + self.ratio * cb),
-            s,
-            sb * cb * (self.centre_distance - self.base_radius * s),
-        ]
+    /// The plane at a turn φ₂ of the wheel.
+    pub fn generating_line(&self, wheel_turn: f64) -> GeneratingLine {
+        GeneratingLine::new(*self, wheel_turn, self.plane_angle.sin_cos())
     }
 
     /// A point of space from the wheel's frame (ξ, η, ζ).
@@ -148,98 +83,183 @@ impl PlaneWorm {
         )
     }
 
-    /// A point of the wheel in the wheel's frame (ξ, η, ζ) from space.
-    pub(super) fn in_wheel(&self, point: Vector, wheel_turn: f64) -> Vector {
-        let (s, c) = wheel_turn.sin_cos();
+    /// A point of the wheel in the wheel's frame (ξ, η, ζ) from space, at the sine and cosine of its turn.
+    pub(super) fn in_wheel(&self, point: Vector, (s, c): (f64, f64)) -> Vector {
         let x = self.centre_distance - point.x;
         Vector::new(x * c - point.z * s, point.y, x * s + point.z * c)
     }
 
-    /// Turns of worm and wheel, a radian of the worm.
-    fn turns(&self) -> [Twist; 2] {
-        let wheel = Twist::turn(-Vector::Y, Vector::X * self.centre_distance);
-        [
-            Twist::turn(Vector::Z, Vector::ZERO),
-            wheel.times(self.ratio),
-        ]
+    /// A point that touches, with its normal; the generator has the curvature `q qᵀ/d`, and `sense` is 1 where it is the worm, −1 where the
+    /// plane. None where p or the sliding vanishes.
+    fn touch(
+        &self,
+        [point, normal]: [Vector; 2],
+        (q, d): (Vector, f64),
+        sense: f64,
+    ) -> Option<Touch> {
+        let (Vector { x, y, z }, n, i) = (point, normal, self.ratio);
+        // v = v₁ − v₂ and n×(ω₁ − ω₂) of turns about z and (0, −1, 0).
+        let v = Vector::new(i * z - y, x, i * (self.centre_distance - x));
+        let turned = Vector::new(n.y - i * n.z, -n.x, i * n.x);
+        let p = turned - q * (q.dot(v) / d);
+        let across = p.dot(v);
+        let second_limit = sense * i * (y * n.z - z * n.y);
+        let (square, sliding) = (p.dot(p), v.norm());
+        let lubrication_sine = across.abs() / (square.sqrt() * sliding);
+        lubrication_sine.is_finite().then_some(Touch {
+            p,
+            square,
+            second_limit,
+            undercut: across - second_limit,
+            lubrication_sine,
+            sliding,
+        })
+    }
+}
+
+/// The generating plane at a turn of the wheel, with what is constant along its line of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneratingLine {
+    pair: PlaneWorm,
+    wheel_turn: f64,
+    /// Sine and cosine of φ₂ and of β.
+    turn: (f64, f64),
+    plane: (f64, f64),
+    /// Coefficients A, B, C of the line of contact `A ξ + B η = C` on the plane.
+    pub coefficients: [f64; 3],
+    /// ξ at η = 0, and its change a unit of η; the point in space likewise.
+    xi: [f64; 2],
+    point: [Vector; 2],
+    normal: Vector,
+}
+
+impl GeneratingLine {
+    fn new(pair: PlaneWorm, wheel_turn: f64, plane: (f64, f64)) -> GeneratingLine {
+        let (turn, (sb, cb)) = (wheel_turn.sin_cos(), plane);
+        let (s, c) = turn;
+        let [a, b, constant] = [
+            cb * (c * sb + pair.ratio * cb),
+            s,
+            sb * cb * (pair.centre_distance - pair.base_radius * s),
+        ];
+        let over = 1.0 / a;
+        let xi = [constant * over, -b * over];
+        let (r, tan) = (pair.base_radius, sb / cb);
+        GeneratingLine {
+            pair,
+            wheel_turn,
+            turn,
+            plane,
+            coefficients: [a, b, constant],
+            xi,
+            point: [
+                Vector::new(
+                    pair.centre_distance - xi[0] * c - r * s,
+                    0.0,
+                    r * c - xi[0] * s,
+                ),
+                Vector::new(-xi[1] * c - tan * s, 1.0, tan * c - xi[1] * s),
+            ],
+            normal: Vector::new(-cb * s, -sb, cb * c),
+        }
     }
 
-    /// The first contact and the worm's point there.
-    fn generated(&self, wheel_turn: f64, eta: f64) -> Option<(PlaneWormContact, WormPoint)> {
-        let (s, c) = wheel_turn.sin_cos();
-        let (sb, cb) = self.plane_angle.sin_cos();
-        let [a, b, constant] = self.line_at((s, c), (sb, cb));
-        let xi = (constant - b * eta) / a;
-        let zeta = self.base_radius + eta * sb / cb;
-        let point = Vector::new(
-            self.centre_distance - xi * c - zeta * s,
-            eta,
-            zeta * c - xi * s,
-        );
-        let normal = Vector::new(-cb * s, -sb, cb * c);
-        let tangents = [
-            Vector::new(-c, 0.0, -s),
-            normal.cross(Vector::new(-c, 0.0, -s)),
-        ];
-        let plane = Curvature {
-            tangents,
-            components: [0.0; 3],
-        };
-        let [worm, wheel] = self.turns();
-        let touch = Touch::of(&plane, normal, point, &wheel, &worm)?;
-        let contact = PlaneWormContact {
-            wheel_turn,
-            point,
-            in_wheel: Vector::new(xi, eta, zeta),
+    /// Contact of the plane at a place η across the tooth; none where the line of contact runs along ξ.
+    pub fn first_contact(&self, eta: f64) -> Option<PlaneWormContact> {
+        let touch = self.generated(eta)?;
+        let (sb, cb) = self.plane;
+        Some(PlaneWormContact {
+            wheel_turn: self.wheel_turn,
+            point: self.place(eta),
+            in_wheel: Vector::new(
+                self.xi[0] + eta * self.xi[1],
+                eta,
+                self.pair.base_radius + eta * sb / cb,
+            ),
             height: 0.0,
             second_limit: touch.second_limit,
             undercut: touch.undercut,
             relative_curvature: -touch.induced(),
             lubrication_sine: touch.lubrication_sine,
             sliding: touch.sliding,
-        };
-        let [p1, p2] = touch.p;
-        let curvature = Curvature {
-            tangents,
-            components: [p1 * p1, p1 * p2, p2 * p2].map(|x| x / touch.undercut),
-        };
-        let worm_point = WormPoint {
-            point,
-            normal,
-            curvature,
-            plane: (sb, cb),
-        };
-        (xi.is_finite() && touch.undercut != 0.0).then_some((contact, worm_point))
+        })
     }
 
-    /// The worm's point turned on until it touches the wheel again.
-    fn touching_again(&self, wheel_turn: f64, worm: &WormPoint) -> Option<PlaneWormContact> {
-        let half = half_turn_tangent(worm.point, worm.normal);
-        let turn = 2.0 * half.atan();
-        let share = 1.0 / (1.0 + half * half);
-        let (sin, cos) = (2.0 * half * share, (1.0 - half * half) * share);
-        let turned = |r: Vector| Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
-        let (point, normal) = (turned(worm.point), turned(worm.normal));
-        let curvature = Curvature {
-            tangents: worm.curvature.tangents.map(turned),
-            ..worm.curvature
-        };
-        let wheel_turn = wheel_turn + self.ratio * turn;
-        let [first, second] = self.turns();
-        let touch = Touch::of(&curvature, normal, point, &first, &second)?;
-        let in_wheel = self.in_wheel(point, wheel_turn);
-        let (sb, cb) = worm.plane;
+    /// The second contact of the worm's point that the plane makes at a place η; it happens at another turn of the wheel. None on the limit of
+    /// the second kind, where it is the first contact and its curvature 0.
+    pub fn touching_again(&self, eta: f64) -> Option<PlaneWormContact> {
+        let half = half_turn_tangent(self.place(eta), self.normal);
+        let wheel_turn = self.wheel_turn + 2.0 * self.pair.ratio * half.atan();
+        let cosine = 1.0 / (1.0 + half * half).sqrt();
+        let turn = wheel_turn.sin_cos();
+        self.turned(eta, (half * cosine, cosine), (wheel_turn, turn))
+    }
+
+    /// The second contact at this turn of the wheel with the worm's line that the plane makes at another, φ₂*.
+    ///
+    /// The turn `Δ = (φ₂ − φ₂*)/i` between them is known, so that `m_x cos(Δ/2) = m_y sin(Δ/2)` is linear in η.
+    pub fn second_contact(&self, generating_turn: f64) -> Option<PlaneWormContact> {
+        let made = GeneratingLine::new(self.pair, generating_turn, self.plane);
+        let half_turn = (0.5 * (self.wheel_turn - generating_turn) / self.pair.ratio).sin_cos();
+        let [constant, slope] = made.point.map(|x| {
+            let moment = x.cross(made.normal);
+            moment.x * half_turn.1 - moment.y * half_turn.0
+        });
+        made.turned(-constant / slope, half_turn, (self.wheel_turn, self.turn))
+    }
+
+    /// The limit of the second kind on the plane, ξ and η: there both parts of the tooth join.
+    pub fn limit(&self) -> Option<[f64; 2]> {
+        let [constant, slope] = self.point.map(|x| x.cross(self.normal).x);
+        let eta = -constant / slope;
+        eta.is_finite()
+            .then(|| [self.xi[0] + eta * self.xi[1], eta])
+    }
+
+    /// Place η where the worm has its edge of regression, D = 0; none where D is the same along the line.
+    pub fn undercut(&self) -> Option<f64> {
+        let one = self.pair.base_radius;
+        let [at_zero, at_one] = [0.0, one].map(|eta| Some(self.generated(eta)?.undercut));
+        let eta = one * at_zero? / (at_zero? - at_one?);
+        eta.is_finite().then_some(eta)
+    }
+
+    fn place(&self, eta: f64) -> Vector {
+        self.point[0] + self.point[1] * eta
+    }
+
+    /// The plane and the worm's flank that it leaves.
+    fn generated(&self, eta: f64) -> Option<Touch> {
+        self.pair
+            .touch([self.place(eta), self.normal], (Vector::ZERO, 1.0), -1.0)
+    }
+
+    /// The worm's point at a place η after the turn Δ, of which sine and cosine of the half are given, at a turn of the wheel where it touches
+    /// again.
+    fn turned(
+        &self,
+        eta: f64,
+        (sine, cosine): (f64, f64),
+        (wheel_turn, turn): (f64, (f64, f64)),
+    ) -> Option<PlaneWormContact> {
+        let made = self.generated(eta)?;
+        if 2.0 * sine.abs() <= AT_LIMIT {
+            return None;
+        }
+        let (sin, cos) = (2.0 * sine * cosine, cosine * cosine - sine * sine);
+        let by_turn = |r: Vector| Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
+        let [point, normal, p] = [self.place(eta), self.normal, made.p].map(by_turn);
+        let touch = self.pair.touch([point, normal], (p, made.undercut), 1.0)?;
+        let in_wheel = self.pair.in_wheel(point, turn);
+        let (sb, cb) = self.plane;
         Some(PlaneWormContact {
             wheel_turn,
             point,
             in_wheel,
-            height: (in_wheel.z - self.base_radius) * cb - in_wheel.y * sb,
+            height: (in_wheel.z - self.pair.base_radius) * cb - in_wheel.y * sb,
             second_limit: touch.second_limit,
             undercut: touch.undercut,
-            relative_curvature: match turn.abs() > AT_LIMIT {
-                true => touch.induced(),
-                false => 0.0,
-            },
+            relative_curvature: touch.induced(),
             lubrication_sine: touch.lubrication_sine,
             sliding: touch.sliding,
         })
@@ -248,7 +268,8 @@ impl PlaneWorm {
 
 /// Second order of a generator that touches its envelope.
 struct Touch {
-    p: [f64; 2],
+    p: Vector,
+    square: f64,
     second_limit: f64,
     undercut: f64,
     lubrication_sine: f64,
@@ -256,38 +277,8 @@ struct Touch {
 }
 
 impl Touch {
-    /// A generator of known curvature with its turn and that of the work; none where p vanishes.
-    fn of(
-        generator: &Curvature,
-        normal: Vector,
-        point: Vector,
-        own: &Twist,
-        work: &Twist,
-    ) -> Option<Touch> {
-        let relative = own.plus(-1.0, work);
-        let v = relative.at(point);
-        let turned = normal.cross(relative.w);
-        let [v1, v2] = generator.in_tangents(v);
-        let [t1, t2] = generator.in_tangents(turned);
-        let [w11, w12, w22] = generator.components;
-        let p = [t1 - w11 * v1 - w12 * v2, t2 - w12 * v1 - w22 * v2];
-        let across = p[0] * v1 + p[1] * v2;
-        // f = n·(v_own − v_work) at a point carried by the generator.
-        let rate = own.w.cross(work.at(point)) - work.w.cross(own.at(point));
-        let second_limit = normal.dot(rate);
-        let (length, sliding) = (f64::hypot(p[0], p[1]), v.norm());
-        let share = across.abs() / (length * sliding);
-        (length > 0.0 && share.is_finite()).then_some(Touch {
-            p,
-            second_limit,
-            undercut: across - second_limit,
-            lubrication_sine: share,
-            sliding,
-        })
-    }
-
     /// Induced curvature `p²/D`, that of the envelope less that of the generator.
     fn induced(&self) -> f64 {
-        (self.p[0] * self.p[0] + self.p[1] * self.p[1]) / self.undercut
+        self.square / self.undercut
     }
 }

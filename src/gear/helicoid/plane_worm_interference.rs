@@ -58,7 +58,7 @@ impl PlaneWorm {
         let below = |turn: f64| {
             let (sin, cos) = ((turn - wheel_turn) / self.ratio).sin_cos();
             let turned = Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
-            let at = self.in_wheel(turned, turn);
+            let at = self.in_wheel(turned, turn.sin_cos());
             let on_plane = at.y.abs() <= 0.5 * zone.face_width
                 && at.x > 0.0
                 && f64::hypot(at.x, at.z) <= zone.wheel_tip_radius;

@@ -1,12 +1,14 @@
 //! Zone where an hourglass worm and its wheel touch: both lines of contact in it, the curve between both parts of the tooth, undercut.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::plane_worm::{PlaneWorm, PlaneWormContact};
 use crate::numeric::sorting::sort_rising;
 
 /// Points of a line across the tooth, and of the curve between both parts.
 const ROWS: u32 = 120;
+/// Generating turns, over a turn of the worm, of the points of a second line.
+const GENERATING_TURNS: u32 = 600;
 /// Points across the tooth in the search for the turns of contact.
 const COARSE_ROWS: u32 = 40;
 /// Turns of the wheel each way, over 90°, at which contact is sought.
@@ -47,10 +49,11 @@ impl PlaneWormZone {
     pub fn turns(&self, pair: &PlaneWorm) -> Option<[f64; 2]> {
         let places = (-TURNS..=TURNS).map(|k| FRAC_PI_2 * f64::from(k) / f64::from(TURNS));
         let mut touching = places.filter(|turn| {
-            let mut line = self.places(COARSE_ROWS);
-            line.any(|eta| {
-                (pair.first_contact(*turn, eta)).is_some_and(|contact| self.holds(pair, &contact))
-            })
+            let line = pair.generating_line(*turn);
+            let mut contacts = self
+                .places(COARSE_ROWS)
+                .filter_map(|eta| line.first_contact(eta));
+            contacts.any(|contact| self.holds(pair, &contact))
         });
         let first = touching.next()?;
         Some([first, touching.next_back().unwrap_or(first)])
@@ -58,18 +61,19 @@ impl PlaneWormZone {
 
     /// The line of contact of the plane part at a turn of the wheel.
     pub fn first_line(&self, pair: &PlaneWorm, wheel_turn: f64) -> Vec<PlaneWormContact> {
-        let contacts = self.places(ROWS);
-        contacts
-            .filter_map(|eta| pair.first_contact(wheel_turn, eta))
+        let line = pair.generating_line(wheel_turn);
+        (self.places(ROWS))
+            .filter_map(|eta| line.first_contact(eta))
             .filter(|contact| self.holds(pair, contact))
             .collect()
     }
 
     /// The line of contact of the enveloped part at the same turn.
     pub fn second_line(&self, pair: &PlaneWorm, wheel_turn: f64) -> Vec<PlaneWormContact> {
-        let contacts = self.places(ROWS);
-        let mut line: Vec<PlaneWormContact> = contacts
-            .flat_map(|eta| pair.second_contacts(wheel_turn, eta))
+        let line = pair.generating_line(wheel_turn);
+        let half_turn = pair.ratio * PI;
+        let mut line: Vec<PlaneWormContact> = shares(GENERATING_TURNS)
+            .filter_map(|share| line.second_contact(wheel_turn + half_turn * share))
             .filter(|contact| self.holds(pair, contact))
             .collect();
         sort_rising(&mut line, |a| a.in_wheel.y);
@@ -80,22 +84,27 @@ impl PlaneWormZone {
     pub fn limit(&self, pair: &PlaneWorm, [first, last]: [f64; 2]) -> Vec<PlaneWormContact> {
         let turns = (0..=ROWS).map(|k| first + (last - first) * f64::from(k) / f64::from(ROWS));
         turns
-            .filter_map(|turn| pair.first_contact(turn, pair.limit(turn)?[1]))
+            .map(|turn| pair.generating_line(turn))
+            .filter_map(|line| line.first_contact(line.limit()?[1]))
             .filter(|contact| self.reaches(pair, contact))
             .collect()
     }
 
     /// The worm's edge of regression on the line of a turn of the wheel, where it lies on the teeth.
     pub fn undercut(&self, pair: &PlaneWorm, wheel_turn: f64) -> Option<PlaneWormContact> {
-        let half = 0.5 * self.face_width;
-        let eta = pair.undercut(wheel_turn, [-half, half])?;
-        let contact = pair.first_contact(wheel_turn, eta)?;
+        let line = pair.generating_line(wheel_turn);
+        let contact = line.first_contact(line.undercut()?)?;
         self.reaches(pair, &contact).then_some(contact)
     }
 
     /// Places η across the tooth.
     fn places(&self, rows: u32) -> impl Iterator<Item = f64> + use<> {
         let half = 0.5 * self.face_width;
-        (0..=rows).map(move |k| half * (2.0 * f64::from(k) / f64::from(rows) - 1.0))
+        shares(rows).map(move |share| half * share)
     }
+}
+
+/// Equal steps from −1 to 1.
+fn shares(steps: u32) -> impl Iterator<Item = f64> {
+    (0..=steps).map(move |k| 2.0 * f64::from(k) / f64::from(steps) - 1.0)
 }

@@ -52,7 +52,7 @@ impl WormZone {
         thickness: f64,
     ) -> Option<f64> {
         let (s, c) = (-pair.ratio * turn).sin_cos();
-        let r = contact.in_wheel;
+        let r = contact.in_wheel();
         let (x, z) = (r.x * c + r.z * s + pair.centre_distance, r.z * c - r.x * s);
         let radius = f64::hypot(x, r.y);
         if !(radius <= self.radii[1] && z.abs() <= 0.5 * self.length) {

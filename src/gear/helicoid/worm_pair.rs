@@ -27,35 +27,53 @@ pub struct WormContact {
     pub radius: f64,
     /// Azimuth ψ in space, rad.
     pub azimuth: f64,
-    /// Axial place z.
-    pub axial: f64,
     /// Turn φ of the worm, rad.
     pub worm_turn: f64,
-    /// The point in the wheel: x from its axis away from the worm, y along the worm's azimuthal direction, z.
-    pub in_wheel: Vector,
+    /// Turn i φ of the wheel, rad.
+    pub wheel_turn: f64,
+    /// The point in space from the middle of the wheel, whose axis is y: (ρ cos ψ − a, ρ sin ψ, z).
+    pub from_wheel: Vector,
     /// Φ, the rate of the equation of meshing at a point of the worm; zero on the limit of the second kind.
     pub second_limit: f64,
     /// D; zero where the wheel is undercut.
     pub undercut: f64,
-    /// Curvature of the wheel less that of the worm across the line of contact.
-    pub relative_curvature: f64,
+    /// Gradient |p| of the equation of meshing over the flank of the worm; p points across the line of contact.
+    pub gradient: f64,
     /// Sliding velocity.
     pub sliding: f64,
-    /// Sliding velocity across the line of contact.
-    pub sliding_across: f64,
-    /// Velocity of the line of contact over the worm and over the wheel, across itself.
-    pub line_speeds: [f64; 2],
 }
 
 impl WormContact {
+    /// Curvature of the wheel less that of the worm across the line of contact, `p²/D`.
+    pub fn relative_curvature(&self) -> f64 {
+        self.gradient * self.gradient / self.undercut
+    }
+
+    /// Sliding velocity across the line of contact, `(D + Φ)/|p|`.
+    pub fn sliding_across(&self) -> f64 {
+        (self.undercut + self.second_limit) / self.gradient
+    }
+
+    /// Velocity of the line of contact over the worm and over the wheel, across itself.
+    pub fn line_speeds(&self) -> [f64; 2] {
+        [-self.second_limit, self.undercut].map(|rate| rate / self.gradient)
+    }
+
     /// Angle of the line of contact to the sliding velocity, rad.
     pub fn lubrication_angle(&self) -> f64 {
-        (self.sliding_across.abs() / self.sliding).min(1.0).asin()
+        (self.sliding_across().abs() / self.sliding).min(1.0).asin()
+    }
+
+    /// The point in the wheel: x from its axis away from the worm, y along its axis, z.
+    pub fn in_wheel(&self) -> Vector {
+        let (s, c) = self.wheel_turn.sin_cos();
+        let r = self.from_wheel;
+        Vector::new(r.x * c + r.z * s, r.y, r.z * c - r.x * s)
     }
 
     /// Distance from the wheel's axis.
     pub fn wheel_radius(&self) -> f64 {
-        f64::hypot(self.in_wheel.x, self.in_wheel.z)
+        f64::hypot(self.from_wheel.x, self.from_wheel.z)
     }
 }
 
@@ -77,50 +95,45 @@ impl WormPair {
         let at = self.worm.at(radius)?;
         let (p, i, slope) = (self.worm.lead, self.ratio, at.slope);
         let (sine, cosine) = azimuth.sin_cos();
-        let steep = p / radius;
+        // One division gives 1/ρ and 1/p.
+        let over = 1.0 / (p * radius);
+        let over_radius = p * over;
+        let steep = p * over_radius;
         let normal = steep * sine - slope * cosine;
         let z = (radius * cosine - self.worm_pitch_radius()) / normal;
         if !z.is_finite() {
             return None;
         }
-        let turn = azimuth - (z - at.height) / p;
+        let turn = azimuth - (z - at.height) * radius * over;
         let e = slope * sine + steep * cosine;
         // Derivatives of f = z N_x − ρ cos ψ + r₁′ along φ, χ, ρ, and the sliding velocity along ρ and χ.
         let f_turn = z * e + radius * sine;
         let f_azimuth = f_turn + p * normal;
         let f_radius =
-            -z * (at.curvature * cosine + steep / radius * sine) + normal * slope - cosine;
-        let (v_radius, v_azimuth) = (i * z * cosine, 1.0 - i * z * sine / radius);
+            -z * (at.curvature * cosine + steep * over_radius * sine) + normal * slope - cosine;
+        let (v_radius, v_azimuth) = (i * z * cosine, 1.0 - i * z * over_radius * sine);
         // Of the normal N² and of the metric ρ² N².
         let inverse = 1.0 / (1.0 + slope * slope + steep * steep);
         let scale = i * inverse.sqrt();
-        let second_limit = scale * f_turn;
         let across = f_radius * v_radius + f_azimuth * v_azimuth;
-        let undercut = scale * (across - f_turn);
         // Metric of the helicoid: r_ρ = e_ρ + g′ k, r_χ = ρ e_χ + p k.
         let metric = [1.0 + slope * slope, slope * p, radius * radius + p * p];
         let square = metric[2] * f_radius * f_radius - 2.0 * metric[1] * f_radius * f_azimuth
             + metric[0] * f_azimuth * f_azimuth;
-        let gradient = i * inverse / radius * square.sqrt();
-        let over_gradient = 1.0 / gradient;
         let sliding = (metric[0] * v_radius * v_radius
             + 2.0 * metric[1] * v_radius * v_azimuth
             + metric[2] * v_azimuth * v_azimuth)
             .sqrt();
-        let (s, c) = (-i * turn).sin_cos();
-        let x = radius * cosine - self.centre_distance;
         Some(WormContact {
             radius,
             azimuth,
-            axial: z,
             worm_turn: turn,
-            in_wheel: Vector::new(x * c - z * s, radius * sine, z * c + x * s),
-            second_limit,
-            undercut,
-            relative_curvature: gradient * gradient / undercut,
+            wheel_turn: i * turn,
+            from_wheel: Vector::new(radius * cosine - self.centre_distance, radius * sine, z),
+            second_limit: scale * f_turn,
+            undercut: scale * (across - f_turn),
+            gradient: i * inverse * over_radius * square.sqrt(),
             sliding,
-            sliding_across: scale * across * over_gradient,
-            line_speeds: [-second_limit * over_gradient, undercut * over_gradient],
         })
     }
 
@@ -134,7 +147,7 @@ impl WormPair {
         let point = Vector::new(
             contact.radius * cosine,
             contact.radius * sine,
-            contact.axial,
+            contact.from_wheel.z,
         );
         let normal = Vector::new(
             outward * cosine - along * sine,

@@ -33,15 +33,15 @@ pub struct ContactLine {
 }
 
 impl WormZone {
-    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature is negative.
+    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature has the sign of D and is negative.
     pub fn holds(&self, contact: &WormContact) -> bool {
-        self.reaches(contact) && contact.relative_curvature < 0.0
+        self.reaches(contact) && contact.undercut < 0.0
     }
 
     /// Whether a place lies in the zone, on whichever side of a limit.
     pub fn reaches(&self, contact: &WormContact) -> bool {
-        contact.axial.abs() <= 0.5 * self.length
-            && contact.in_wheel.y.abs() <= 0.5 * self.face_width
+        contact.from_wheel.z.abs() <= 0.5 * self.length
+            && contact.from_wheel.y.abs() <= 0.5 * self.face_width
             && (self.radii[0]..=self.radii[1]).contains(&contact.radius)
             && contact.wheel_radius() <= self.outer_radius
     }

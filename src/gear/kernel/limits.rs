@@ -9,7 +9,8 @@ use super::root::sign_change;
 pub enum Limit {
     /// First kind, `D = 0`: the flank has an edge of regression; beyond it metal is undercut.
     Undercut,
-    /// Second kind, `Φ = 0`: contact lines meet their envelope on the tool; beyond it the tool does not touch.
+    /// Second kind, `Φ = 0`: contact lines meet their envelope on the tool. On one side of it a point of the tool touches twice, on the other
+    /// never; the flank goes on through it.
     Second,
 }
 

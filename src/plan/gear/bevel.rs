@@ -63,9 +63,9 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         .collect();
     let sides = file.contact.side.flanks();
     let touching = [0, 1].map(|k| {
-        members[k].flanks[sides[k]]
-            .as_ref()
-            .map(|f| f.flank.clone())
+        let flank = members[k].flanks[sides[k]].as_ref();
+        let left = flank.filter(|f| f.grid.nodes.iter().any(Option::is_some));
+        left.map(|f| f.flank.clone())
     });
     let contact = match touching {
         [Some(pinion), Some(gear)] if !file.is_conjugate() => {

@@ -1,7 +1,10 @@
 //! Limits that bevel flanks meet: undercut, end of contact of the cutter, pointed teeth.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::bevel_member::{FlankResult, MemberResult};
 use crate::base::error::Diagnostic;
+use crate::gear::bevel::flank::is_cut_away;
 use crate::gear::bevel::tooth::{SIDES, TopLand};
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::{BevelFile, BevelMember};
@@ -9,7 +12,7 @@ use crate::scene::bevel_file::{BevelFile, BevelMember};
 /// A limit that a flank meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BevelLimit {
-    /// `undercut`, `second`, `unreached` or `pointed`.
+    /// `undercut`, `second`, `unreached`, `cut-away` (the whole flank) or `pointed`.
     pub kind: &'static str,
     /// 0 for the pinion, 1 for the gear.
     pub member: usize,
@@ -32,7 +35,7 @@ pub(super) fn limits(of: &BevelMember, result: &MemberResult, member: usize) -> 
     all
 }
 
-/// Limits of both kinds on a flank; where neither is found and nodes are missing, the place the cutter does not reach.
+/// Limits of both kinds on a flank; where neither is found and nodes are missing, the place that the cutter cuts away or does not reach.
 fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit> {
     let section = &of.flank.section;
     let limit = |(kind, at): (&'static str, [f64; 2])| {
@@ -51,7 +54,17 @@ fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit>
         .map(limit)
         .collect();
     if found.is_empty() && !of.flank.envelope.motion.is_fixed() {
-        found.extend(of.grid.highest_missing().map(|at| limit(("unreached", at))));
+        let kind = |at: [f64; 2]| {
+            let place = of.flank.find(section.at(at[0], at[1]));
+            let point = place.and_then(|place| of.flank.envelope.point(place));
+            match point.is_some_and(|point| is_cut_away(&point)) {
+                true if of.grid.ranges().is_none() => "cut-away",
+                true => "undercut",
+                false => "unreached",
+            }
+        };
+        let missing = of.grid.highest_missing();
+        found.extend(missing.map(|at| limit((kind(at), at))));
     }
     found
 }
@@ -101,15 +114,26 @@ pub(super) fn warning(file: &BevelFile, limit: &BevelLimit) -> Diagnostic {
             format!("the {flank}{name} is undercut up to {depth:.3} mm above the root at {at}"),
             "take a smaller dedendum, a larger blade angle or another ratio of roll",
         ),
+        "cut-away" => (
+            format!(
+                "the {flank}{name} lies wholly beyond the limit of undercut: the cutter that touches it cuts deeper into it"
+            ),
+            match member.blank.pitch_angle > FRAC_PI_2 {
+                true => {
+                    "teeth of a pitch angle above 90° are hollow and the generating cutter cuts like a crown gear: take process = \"formate\""
+                }
+                false => "check the ratio of roll, the blade and the hand",
+            },
+        ),
         "unreached" => (
             format!("the {flank}{name} ends {depth:.3} mm above the root at {at}{fillet}"),
             remedy,
         ),
         "second" => (
             format!(
-                "the cutter ends to touch the {flank}{name} {depth:.3} mm above the root at {at}"
+                "the same part of the blade makes two parts of the {flank}{name}, which join up to {depth:.3} mm above the root at {at}"
             ),
-            "contact lines have an envelope on the cutter there: take another cradle angle or ratio of roll",
+            "contact lines have an envelope on the cutter there, beyond which the blade does not cut: take another ratio of roll or blank offset",
         ),
         _ => (
             format!("the teeth of the {name} are pointed {depth:.3} mm below the tip at {at}"),
@@ -121,7 +145,9 @@ pub(super) fn warning(file: &BevelFile, limit: &BevelLimit) -> Diagnostic {
     };
     Diagnostic {
         code: match limit.kind {
-            "second" | "unreached" => "contact-ends",
+            "second" => "double-contact",
+            "unreached" => "contact-ends",
+            "cut-away" => "undercut",
             kind => kind,
         },
         message,

@@ -56,7 +56,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         message: format!("the contact ratio is {contact_ratio:.4}: the contact is interrupted"),
         hint: Some("increase length, face_width or the tip diameters".into()),
     });
-    let y = |contact: &WormContact| file.hand * contact.in_wheel.y;
+    let y = |contact: &WormContact| file.hand * contact.from_wheel.y;
     let curve = |points: &[WormContact]| -> (Vec<f64>, Vec<f64>) {
         let mut places = Vec::new();
         for (k, c) in points.iter().enumerate() {
@@ -86,12 +86,12 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         [
             c.worm_turn.to_degrees(),
             1e3 * c.radius,
-            1e3 * c.axial,
+            1e3 * c.from_wheel.z,
             1e3 * y(c),
             1e3 * c.wheel_radius(),
             c.lubrication_angle().to_degrees(),
             1e3 * c.sliding,
-            1e-3 * c.relative_curvature.abs(),
+            1e-3 * c.relative_curvature().abs(),
             again.map_or(f64::NAN, |c| c.worm_turn.to_degrees()),
         ]
     };
@@ -192,7 +192,7 @@ fn interference(
             "the worm cuts up to {:.1} µm into the flank that it has made, at a wheel radius of {:.3} mm and y = {:+.3} mm",
             1e6 * cut.depth,
             1e3 * cut.contact.wheel_radius(),
-            1e3 * file.hand * cut.contact.in_wheel.y
+            1e3 * file.hand * cut.contact.from_wheel.y
         ),
         hint: Some(
             "take a larger profile_shift, a larger pressure angle or a smaller face_width".into(),
