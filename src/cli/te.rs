@@ -21,11 +21,12 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.file)?;
     let study: TransmissionStudy = scene.study(&args.study.flags)?;
     let record = &args.study.file("record");
-    let figures: &[&str] = match study.speeds {
-        Some(_) => &["", "budget", "speeds"],
-        None => &["", "budget"],
-    };
-    let mut outputs = Outputs::check(&args.out, figures, &[record], &scene.files())?;
+    let model = &scene.model;
+    let cuts = model.work.is_some() || model.gear_pairs.iter().any(|p| p.cut_on.is_some());
+    let mut figures = vec!["", "budget"];
+    figures.extend(study.speeds.is_some().then_some("speeds"));
+    figures.extend(cuts.then_some("flank"));
+    let mut outputs = Outputs::check(&args.out, &figures, &[record], &scene.files())?;
     let machine = PreparedMachine::new(&scene.model)?;
     let mut report = report(&scene, &machine, &study, args.out.quiet)?;
     report.all = args.all;

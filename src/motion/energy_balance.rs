@@ -137,13 +137,14 @@ struct QuadraturePanel {
 }
 
 impl EnergyIntegrator {
-    /// For a run of a machine from one instant to another, s; and what goes along with that run.
-    pub fn new(
+    /// An integrator that observes a run of a machine from one instant to another, s.
+    pub fn observe(
         model: &DynamicModel,
         known: Option<&PrescribedReduction>,
         run: [f64; 2],
         limit: BalanceLimit,
-    ) -> (Rc<RefCell<EnergyIntegrator>>, Observer) {
+        observer: &mut Observer,
+    ) -> Rc<RefCell<EnergyIntegrator>> {
         let integrator = EnergyIntegrator {
             model: model.clone(),
             known: known.cloned(),
@@ -155,13 +156,13 @@ impl EnergyIntegrator {
         };
         let integrator = Rc::new(RefCell::new(integrator));
         let along = Rc::clone(&integrator);
-        let follow = move |interval: DenseOutput| {
+        observer.add(move |interval: DenseOutput| {
             let mut integrator = along.borrow_mut();
             let before = integrator.balance.evaluations;
             integrator.add_interval(interval);
             integrator.balance.evaluations - before
-        };
-        (integrator, Observer::new(follow))
+        });
+        integrator
     }
 
     /// The balance so far.

@@ -76,6 +76,8 @@ pub mod peak_refinement;
 
 pub mod sampling_check;
 
+pub mod event_log;
+
 pub mod energy;
 
 pub mod energy_balance;

@@ -88,30 +88,31 @@ type ObserverFn = dyn FnMut(DenseOutput) -> u64;
 /// Observer of the intervals of a run in their order; none by default.
 #[derive(Clone, Default)]
 pub struct Observer {
-    follow: Option<Rc<RefCell<ObserverFn>>>,
+    followers: Vec<Rc<RefCell<ObserverFn>>>,
     spent: Rc<Cell<u64>>,
 }
 
 impl Observer {
-    /// One that is handed every interval, and says what work it made of it, in evaluations.
-    pub fn new(follow: impl FnMut(DenseOutput) -> u64 + 'static) -> Observer {
-        Observer {
-            follow: Some(Rc::new(RefCell::new(follow))),
-            spent: Rc::default(),
-        }
+    /// Adds one that is handed every interval, and says what work it made of it, in evaluations.
+    pub fn add(&mut self, follow: impl FnMut(DenseOutput) -> u64 + 'static) {
+        self.followers.push(Rc::new(RefCell::new(follow)));
     }
 
     /// Somebody goes along.
     pub fn is_set(&self) -> bool {
-        self.follow.is_some()
+        !self.followers.is_empty()
     }
 
     /// Hands over an interval, if time passes in it.
     pub fn observe(&self, interval: DenseOutput) {
-        if let Some(follow) = &self.follow
-            && interval.to > interval.from
-        {
-            let work = (follow.borrow_mut())(interval);
+        if interval.to <= interval.from {
+            return;
+        }
+        for follow in &self.followers {
+            let work = (follow.borrow_mut())(DenseOutput {
+                state: &mut *interval.state,
+                ..interval
+            });
             self.spent.set(self.spent.get() + work);
         }
     }

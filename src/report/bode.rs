@@ -136,6 +136,7 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
         ),
         linked: true,
         plots,
+        ..PlotColumn::default()
     }
 }
 

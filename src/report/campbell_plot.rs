@@ -154,7 +154,7 @@ fn whirl_style(whirl: PlottedWhirl) -> (Ink, LineStyle, &'static str) {
         PlottedWhirl::None => (
             BLACK_INK,
             LineStyle::Solid,
-            "black: planar, mixed or no whirl",
+            "in text colour: planar, mixed or no whirl",
         ),
     }
 }

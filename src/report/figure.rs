@@ -123,8 +123,25 @@ pub struct PlotColumn {
     pub note: String,
     /// The plots share their abscissa: its numbers are shown below the last, and all zoom together.
     pub linked: bool,
+    /// Events on the common abscissa, marked at the foot of every plot; one row a kind.
+    pub events: Vec<EventMarks>,
     /// The plots from top to bottom.
     pub plots: Vec<Plot>,
+}
+
+/// Events of one kind.
+#[derive(Debug, Clone, Default)]
+pub struct EventMarks {
+    /// Name in the key.
+    pub name: String,
+    /// Colour.
+    pub ink: usize,
+    /// Abscissae, rising.
+    pub x: Vec<f64>,
+    /// Names of what an event can belong to.
+    pub sources: Vec<String>,
+    /// Index of the source of each event.
+    pub source: Vec<usize>,
 }
 
 impl PlotColumn {
@@ -435,6 +452,8 @@ pub struct LevelMap {
     pub y: Vec<f64>,
     /// A level in dB for each row of each column; minus infinity where there is none.
     pub columns: Vec<Vec<f64>>,
+    /// Levels lie along lines, most cells have none: an SVG file keeps all cells, so that the lines have no stairs.
+    pub sparse: bool,
 }
 
 #[cfg(test)]

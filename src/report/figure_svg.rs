@@ -2,7 +2,8 @@
 
 use super::axes::{clip_to_panel, linear_range, log_range, log_ticks};
 use super::figure::{
-    Axis, Curve, Figure, FigureContent, Ink, Mark, NamePlacement, Plot, PlotColumn, PointLabel,
+    Axis, Curve, EventMarks, Figure, FigureContent, Ink, Mark, NamePlacement, Plot, PlotColumn,
+    PointLabel,
 };
 use super::heatmap::{draw_map, map_ranges};
 use super::label_placement::{Frame, place_labels};
@@ -27,6 +28,8 @@ const BELOW: f64 = 46.0;
 const BETWEEN: f64 = 16.0;
 /// Size of the names of points.
 const SMALL: f64 = 9.0;
+/// Height of a row of events.
+const EVENT_ROW: f64 = 7.0;
 /// Above a plot with names of points, where they are not upright.
 const LABEL_ROW: f64 = 24.0;
 
@@ -63,12 +66,7 @@ fn draw(figure: &PlotColumn) -> String {
     let title = MARGIN_LEFT + text_width(&figure.title, super::svg::TITLE_SIZE);
     let fits_title = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
     // A note below the title has a row of its own or shares the first of the key.
-    let first_row: f64 = key
-        .first()
-        .into_iter()
-        .flatten()
-        .map(|c| entry_width(c))
-        .sum();
+    let first_row: f64 = key.first().into_iter().flatten().map(entry_width).sum();
     let fits_key =
         first_row + text_width(&figure.note, LABEL_SIZE) < WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
     let key_from = usize::from(!fits_title && !fits_key);
@@ -92,15 +90,15 @@ fn draw(figure: &PlotColumn) -> String {
             (WIDTH - MARGIN_RIGHT, note_height),
             Anchor::End,
         );
-        for (row, curves) in key.iter().enumerate() {
+        for (row, entries) in key.iter().enumerate() {
             let height = TITLE + KEY_ROW * (row + key_from) as f64 + 10.0;
             let mut right = MARGIN_LEFT;
-            for curve in curves {
-                right = key_entry(canvas, (right, height), curve) + 16.0;
+            for entry in entries {
+                right = key_entry(canvas, (right, height), entry) + 16.0;
             }
         }
         for (plot, layout) in figure.plots.iter().zip(&layout) {
-            draw_plot(canvas, plot, layout);
+            draw_plot(canvas, plot, &figure.events, layout);
         }
     })
 }
@@ -143,24 +141,41 @@ impl Layout {
     }
 }
 
-/// Named curves in rows of the key, each name once.
-fn key_rows(figure: &PlotColumn) -> Vec<Vec<&Curve>> {
-    let mut rows: Vec<Vec<&Curve>> = Vec::new();
+/// An entry of the key: a name with its sign, that of a curve or a tick for an event.
+struct KeyEntry<'a> {
+    name: &'a str,
+    ink: Ink,
+    mark: Option<Mark>,
+}
+
+/// Named curves and events in rows of the key, each name once.
+fn key_rows(figure: &PlotColumn) -> Vec<Vec<KeyEntry<'_>>> {
+    let mut rows: Vec<Vec<KeyEntry>> = Vec::new();
     let mut room = 0.0;
     let plots = figure
         .plots
         .iter()
         .filter(|p| p.names == NamePlacement::Key);
-    for curve in plots.flat_map(|p| &p.curves) {
-        let known = rows.iter().flatten().any(|c| c.name == curve.name);
-        if curve.name.is_empty() || known {
+    let curves = plots.flat_map(|p| &p.curves).map(|c| KeyEntry {
+        name: &c.name,
+        ink: c.ink,
+        mark: Some(c.mark),
+    });
+    let events = figure.events.iter().map(|e| KeyEntry {
+        name: &e.name,
+        ink: Ink::Series(e.ink),
+        mark: None,
+    });
+    for entry in curves.chain(events) {
+        let known = rows.iter().flatten().any(|c| c.name == entry.name);
+        if entry.name.is_empty() || known {
             continue;
         }
-        let width = entry_width(curve);
+        let width = entry_width(&entry);
         match rows.last_mut() {
-            Some(row) if width <= room => row.push(curve),
+            Some(row) if width <= room => row.push(entry),
             _ => {
-                rows.push(vec![curve]);
+                rows.push(vec![entry]);
                 room = WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
             }
         }
@@ -169,16 +184,26 @@ fn key_rows(figure: &PlotColumn) -> Vec<Vec<&Curve>> {
     rows
 }
 
-/// Width of a curve's sign and name with the space behind them.
-fn entry_width(curve: &Curve) -> f64 {
-    39.0 + text_width(&curve.name, LABEL_SIZE)
+/// Width of a sign and its name with the space behind them.
+fn entry_width(entry: &KeyEntry) -> f64 {
+    39.0 + text_width(entry.name, LABEL_SIZE)
 }
 
-/// A curve's sign and name; returns the right end.
-fn key_entry(canvas: &mut Canvas, (left, height): Point2, curve: &Curve) -> f64 {
-    let ink = colour(curve.ink);
+/// A sign and its name; returns the right end.
+fn key_entry(canvas: &mut Canvas, (left, height): Point2, entry: &KeyEntry) -> f64 {
+    let ink = colour(entry.ink);
     let middle = (left + 9.0, height);
-    match curve.mark {
+    let Some(mark) = entry.mark else {
+        let half = 0.5 * EVENT_ROW;
+        canvas.line(
+            (middle.0, height - half),
+            (middle.0, height + half),
+            ink,
+            1.4,
+        );
+        return name_entry(canvas, (left, height), entry.name);
+    };
+    match mark {
         Mark::Line(width, style) => {
             let ends = [(left, height), (left + 18.0, height)];
             canvas.polyline(&ends, ink, width.max(1.8), style);
@@ -188,8 +213,12 @@ fn key_entry(canvas: &mut Canvas, (left, height): Point2, curve: &Curve) -> f64 
         Mark::Rings(radius) => canvas.stroke_circle(middle, radius, ink, 1.2),
         Mark::Crosses(radius) => cross(canvas, middle, radius, ink),
     }
-    canvas.label(&curve.name, (left + 23.0, height), Anchor::Start);
-    left + 23.0 + text_width(&curve.name, LABEL_SIZE)
+    name_entry(canvas, (left, height), entry.name)
+}
+
+fn name_entry(canvas: &mut Canvas, (left, height): Point2, name: &str) -> f64 {
+    canvas.label(name, (left + 23.0, height), Anchor::Start);
+    left + 23.0 + text_width(name, LABEL_SIZE)
 }
 
 fn cross(canvas: &mut Canvas, (x, y): Point2, r: f64, ink: Colour) {
@@ -271,7 +300,7 @@ fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
     Some((x, y))
 }
 
-fn draw_plot(canvas: &mut Canvas, plot: &Plot, layout: &Layout) {
+fn draw_plot(canvas: &mut Canvas, plot: &Plot, events: &[EventMarks], layout: &Layout) {
     let holds_points = plot.map.is_some() || plot.curves.iter().any(|c| !c.y.is_empty());
     let Some((x, y)) = ranges(plot).filter(|_| holds_points) else {
         canvas.placeholder(plot.empty, layout.middle());
@@ -300,6 +329,7 @@ fn draw_plot(canvas: &mut Canvas, plot: &Plot, layout: &Layout) {
     for curve in &plot.curves {
         draw_curve(canvas, &panel, plot, curve);
     }
+    draw_events(canvas, &panel, plot, events);
     panel.draw_outline(canvas);
     if !plot.heading.is_empty() {
         let spot = (layout.across.0 + 6.0, layout.down.0 - 8.0);
@@ -409,6 +439,22 @@ fn name_on_map(canvas: &mut Canvas, text: &str, (left, height): Point2) {
     );
     let middle = (0.5 * (left + right), height);
     canvas.text(text, middle, SMALL, LIGHT_GREY, Anchor::Middle);
+}
+
+/// Ticks at the foot of a plot, one row a kind, the first lowest. Ticks closer together than their width are one.
+fn draw_events(canvas: &mut Canvas, panel: &Panel, plot: &Plot, events: &[EventMarks]) {
+    const TICK: f64 = 0.8;
+    for (row, marks) in events.iter().enumerate() {
+        let foot = panel.down.1 - EVENT_ROW * row as f64;
+        let ink = colour(Ink::Series(marks.ink));
+        let mut last = f64::NEG_INFINITY;
+        for x in marks.x.iter().map(|x| panel.canvas_x(plot.x.position(*x))) {
+            if (panel.across.0..=panel.across.1).contains(&x) && x - last >= TICK {
+                canvas.line((x, foot), (x, foot - EVENT_ROW + 1.0), ink, TICK);
+                last = x;
+            }
+        }
+    }
 }
 
 fn draw_curve(canvas: &mut Canvas, panel: &Panel, plot: &Plot, curve: &Curve) {

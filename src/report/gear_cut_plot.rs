@@ -4,6 +4,7 @@ use super::figure::{Axis, Curve, Ink, Mark, Plot, PlotColumn};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::svg::{Anchor, BLACK, Canvas, Panel, WIDTH, render_svg};
 use crate::gear::bevel::tooth::SIDES;
+use crate::numeric::statistics::extremes;
 use crate::plan::gear::cut_flank::{CauseResult, CutFlankResult};
 use crate::plan::gear_limits::MEMBERS;
 
@@ -21,49 +22,67 @@ pub fn flank_name(flank: &CutFlankResult) -> String {
     format!("{} {}", MEMBERS[flank.member], SIDES[flank.side])
 }
 
+/// Deviations over a flank, row by row from the root, toe first.
+pub struct FlankMap<'a> {
+    /// Name of the flank and of what deviates it.
+    pub name: String,
+    /// Rows and columns of nodes.
+    pub size: [usize; 2],
+    /// Deviations at the nodes, m.
+    pub deviations: &'a [Option<f64>],
+    /// Unit of the scale of colours with its number in a metre.
+    pub unit: (&'static str, f64),
+}
+
 /// Draws every flank with all causes.
 pub fn draw_flanks(title: &str, flanks: &[CutFlankResult]) -> String {
     let maps = flanks
         .iter()
-        .filter_map(|flank| Some((flank, flank.causes.last()?)));
+        .filter_map(|flank| Some(cause_map(flank, flank.causes.last()?)));
     draw_maps(title, &maps.collect::<Vec<_>>())
 }
 
 /// Draws a flank for each of its causes.
 pub fn draw_causes(title: &str, flank: &CutFlankResult) -> String {
-    let maps = flank.causes.iter().map(|cause| (flank, cause));
+    let maps = flank.causes.iter().map(|cause| cause_map(flank, cause));
     draw_maps(title, &maps.collect::<Vec<_>>())
 }
 
+fn cause_map<'a>(flank: &CutFlankResult, cause: &'a CauseResult) -> FlankMap<'a> {
+    FlankMap {
+        name: format!("{}, {}", flank_name(flank), cause.name),
+        size: [flank.grid.rows, flank.grid.columns],
+        deviations: &cause.map.deviations,
+        unit: ("nm", 1e9),
+    }
+}
+
 /// Draws maps one below the other, toe left and root below, each with its own scale.
-fn draw_maps(title: &str, maps: &[(&CutFlankResult, &CauseResult)]) -> String {
+pub fn draw_maps(title: &str, maps: &[FlankMap]) -> String {
     let [height, above] = MAP;
     let total = TOP + maps.len() as f64 * (height + above) + 24.0;
     render_svg(WIDTH, total, |canvas| {
         canvas.title(title, 30.0);
-        for (k, (flank, cause)) in maps.iter().enumerate() {
+        for (k, map) in maps.iter().enumerate() {
             let top = TOP + k as f64 * (height + above) + above;
-            draw_map(canvas, top, flank, cause);
+            draw_map(canvas, top, map);
         }
     })
 }
 
-fn draw_map(canvas: &mut Canvas, top: f64, flank: &CutFlankResult, cause: &CauseResult) {
+fn draw_map(canvas: &mut Canvas, top: f64, map: &FlankMap) {
     let down = (top, top + MAP[0]);
-    let name = format!(
-        "{}, {}: toe left, heel right, root below",
-        flank_name(flank),
-        cause.name
-    );
+    let name = format!("{}: toe left, heel right, root below", map.name);
     canvas.note(&name, (ACROSS.0, top - 10.0), Anchor::Start);
-    let Some(statistics) = cause.map.statistics else {
+    let (unit, times) = map.unit;
+    let (low, high) = extremes(map.deviations.iter().flatten().map(|d| times * d));
+    if low > high {
         return;
-    };
-    let (low, high) = (1e9 * statistics.lowest, 1e9 * statistics.highest);
-    let scale = (low, high.max(low + 1.0));
-    let (rows, columns) = (flank.grid.rows, flank.grid.columns);
+    }
+    let scale = (low, high.max(low + 1e-9 * times));
+    let [rows, columns] = map.size;
     let panel = Panel::new(ACROSS, down, (0.0, columns as f64), (0.0, rows as f64));
-    for (k, deviation) in cause.map.deviations.iter().enumerate() {
+    for (k, deviation) in map.deviations.iter().enumerate() {
         let Some(deviation) = deviation else {
             continue;
         };
@@ -74,10 +93,10 @@ fn draw_map(canvas: &mut Canvas, top: f64, flank: &CutFlankResult, cause: &Cause
             (other.0 + OVERLAP).min(ACROSS.1),
             (other.1 - OVERLAP).max(down.0),
         );
-        canvas.fill_rect(one, corner, ink(step_of(1e9 * deviation, scale)));
+        canvas.fill_rect(one, corner, ink(step_of(times * deviation, scale)));
     }
     canvas.stroke_rect((ACROSS.0, down.0), (ACROSS.1, down.1), BLACK, 0.8);
-    draw_colour_bar(canvas, (ACROSS.1, down), scale, "nm");
+    draw_colour_bar(canvas, (ACROSS.1, down), scale, unit);
 }
 
 /// Profiles from root to tip at the middle of the face.

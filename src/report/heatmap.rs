@@ -33,37 +33,56 @@ const OVERLAP: f64 = 1.0;
 
 /// Ranges of both axes of a map; absent where it has no level.
 pub(super) fn map_ranges(map: &LevelMap) -> Option<((f64, f64), (f64, f64))> {
-    let cells = MapCells::from_map(map, PRINTED);
+    let cells = MapCells::from_map(map, printed(map));
     cells.scale()?;
     let (first, last) = (cells.columns.first()?, cells.columns.last()?);
     let top = cells.low + first.levels.len() as f64 * cells.step;
     Some(((first.from, last.to), (cells.low, top)))
 }
 
+/// Cells of a map in an SVG file.
+fn printed(map: &LevelMap) -> (usize, usize) {
+    match map.sparse {
+        true => (map.x.len(), map.y.len()),
+        false => PRINTED,
+    }
+}
+
 /// Draws a map inside a panel, with its scale of colours on the right.
 pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
-    let cells = MapCells::from_map(map, PRINTED);
+    let cells = MapCells::from_map(map, printed(map));
     let Some(scale) = cells.scale() else {
         return;
     };
+    let across = |from: f64, to: f64| {
+        (
+            panel.canvas_x(from).max(panel.across.0),
+            (panel.canvas_x(to) + OVERLAP).min(panel.across.1),
+        )
+    };
+    let height = |k: usize| {
+        let at = panel.canvas_y(cells.low + k as f64 * cells.step);
+        at.clamp(panel.down.0, panel.down.1)
+    };
+    // The lowest colour is the ground of columns without a gap between them.
+    let joined = |a: &MapColumn, b: &MapColumn| b.from - a.to < 0.5 * (a.to - a.from);
+    for run in cells.columns.chunk_by(joined) {
+        let (left, right) = across(run[0].from, run[run.len() - 1].to);
+        let top = height(run[0].levels.len());
+        canvas.fill_rect((left, height(0)), (right, top), ink(0));
+    }
     for column in &cells.columns {
-        let across = (
-            panel.canvas_x(column.from).max(panel.across.0),
-            (panel.canvas_x(column.to) + OVERLAP).min(panel.across.1),
-        );
+        let across = across(column.from, column.to);
         let step = |level: &f64| step_of(*level, scale);
         let mut at = 0;
         // Cells of one colour are one block.
         for run in column.levels.chunk_by(|a, b| step(a) == step(b)) {
-            let ends = (at as f64, (at + run.len()) as f64);
+            let (from, colour) = (at, step(&run[0]));
             at += run.len();
-            let height = |k: f64| panel.canvas_y(cells.low + k * cells.step);
-            let upper = (height(ends.1) - OVERLAP).max(panel.down.0);
-            canvas.fill_rect(
-                (across.0, height(ends.0)),
-                (across.1, upper),
-                ink(step(&run[0])),
-            );
+            if colour > 0 {
+                let top = (height(at) - OVERLAP).max(panel.down.0);
+                canvas.fill_rect((across.0, height(from)), (across.1, top), ink(colour));
+            }
         }
     }
     draw_colour_bar(canvas, (panel.across.1, panel.down), scale, &map.label);
@@ -88,7 +107,8 @@ pub(super) fn draw_colour_bar(
     }
     canvas.stroke_rect((bar.across.0, down.0), (bar.across.1, down.1), GREY, 0.6);
     for level in ticks(scale, 6) {
-        let text = format!("{level:.0}").replace('-', "−");
+        // Multiples of a round step, to rounding.
+        let text = format!("{}", (1e6 * level).round() / 1e6).replace('-', "−");
         let spot = (bar.across.1 + 5.0, bar.canvas_y(level));
         canvas.label(&text, spot, Anchor::Start);
     }
@@ -184,4 +204,44 @@ pub(super) fn ink(step: usize) -> Colour {
         mixed(one.1, other.1),
         mixed(one.2, other.2),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::svg::render_svg;
+
+    /// A line across 480 × 400 cells: stairs no higher than a cell where it is sparse, one ground and one block a column.
+    #[test]
+    fn exact_lines_have_no_stairs() {
+        let (across, down) = (480, 400);
+        let column = |i: usize| -> Vec<f64> {
+            let line = i * down / across;
+            let level = |k| if k == line { 0.0 } else { f64::NEG_INFINITY };
+            (0..down).map(level).collect()
+        };
+        let even = |n: usize| (0..n).map(|k| k as f64).collect::<Vec<_>>();
+        let map = LevelMap {
+            label: "dB".into(),
+            x: even(across),
+            y: even(down),
+            columns: (0..across).map(column).collect(),
+            sparse: true,
+        };
+        let cells = MapCells::from_map(&map, printed(&map));
+        assert_eq!(
+            (cells.columns.len(), cells.columns[0].levels.len()),
+            (across, down)
+        );
+        let ranges = map_ranges(&map).unwrap();
+        let panel = Panel::new((0.0, 480.0), (0.0, 400.0), ranges.0, ranges.1);
+        let svg = render_svg(WIDTH, 440.0, |canvas| draw_map(canvas, &panel, &map));
+        // Paper, ground, a block a column, the scale of colours.
+        assert_eq!(svg.matches("<rect").count(), 2 + across + STEPS);
+        let merged = LevelMap {
+            sparse: false,
+            ..map
+        };
+        assert!(MapCells::from_map(&merged, printed(&merged)).columns.len() <= PRINTED.0);
+    }
 }

@@ -90,10 +90,6 @@ pub mod encoder_te;
 
 pub mod transmission_table;
 
-pub mod transmission_plots;
-
-pub mod transmission;
-
 pub mod output_key;
 
 pub mod sensitivity;
@@ -179,6 +175,10 @@ mod bevel_mesh;
 mod bevel_contact;
 
 pub mod bevel;
+
+pub mod transmission_plots;
+
+pub mod transmission;
 
 mod correction_plot;
 

@@ -372,7 +372,7 @@ impl ModeShapeFigure<'_> {
             let (w, label) = (layout.panel.0, "node, in the order of the train");
             canvas.label(label, (MARGIN_LEFT + w / 2.0, foot), Anchor::Middle);
             let label = if tilts {
-                "degree of freedom; displacements black, tilts grey"
+                "degree of freedom; displacements in text colour, tilts grey"
             } else {
                 "displacement"
             };
@@ -387,7 +387,7 @@ impl ModeShapeFigure<'_> {
             canvas.upright(label, (x, middle));
         } else {
             let x = (MARGIN_LEFT + WIDTH - MARGIN_RIGHT) / 2.0;
-            let label = "node, in the order of the train; black: shafts, grey: other joints, dotted: to a branch";
+            let label = "node, in the order of the train; in text colour: shafts, grey: other joints, dotted: to a branch";
             canvas.label(label, (x, foot), Anchor::Middle);
         }
     }

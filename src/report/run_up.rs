@@ -163,7 +163,7 @@ fn sized_excitations(result: &RunUpResult) -> impl Iterator<Item = (usize, &Orde
 }
 
 /// Rows of a map by frequency.
-const LINES: usize = 200;
+const LINES: usize = 400;
 
 /// Response of the first output over speed and frequency.
 fn map(title: &str, result: &RunUpResult) -> PlotColumn {
@@ -208,6 +208,7 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
         x: speeds.iter().map(|&s| rpm(s)).collect(),
         y: (0..LINES).map(|k| (k as f64 + 0.5) * step).collect(),
         columns: (0..speeds.len()).map(row).collect(),
+        sparse: true,
     };
     let speed = format!("speed of {}, rpm", result.node);
     let orders = order_lines(result, top);
@@ -252,6 +253,7 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
         note: "amplitudes between computed speeds interpolated; dotted: orders, natural frequencies of the highest critical speeds".into(),
         linked: true,
         plots: vec![plot, order_cuts(result, across, unit)],
+        ..PlotColumn::default()
     }
 }
 
@@ -299,7 +301,7 @@ fn order_name(excitation: &OrderExcitation) -> String {
 }
 
 /// Columns of a map at least.
-const COLUMNS: usize = 240;
+const COLUMNS: usize = 480;
 
 /// Even speeds from the first to the last, at least as many as there are.
 fn map_speeds(speeds: &[f64]) -> Vec<f64> {

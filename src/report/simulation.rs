@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::figure::{Axis, Curve, Figure, Guide, Ink, Plot, PlotColumn, PointLabel};
+use super::figure::{Axis, Curve, EventMarks, Figure, Guide, Ink, Plot, PlotColumn, PointLabel};
 use super::online;
 use super::output_key::{effort, key};
 use super::plan::{step_lines, steps};
@@ -13,6 +13,7 @@ use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
+use crate::motion::event_log::EventRecord;
 use crate::motion::output_statistics::OutputStatistics;
 use crate::motion::outputs::MotionOutput;
 use crate::plan::motion::run::MotionResult;
@@ -75,6 +76,9 @@ impl Presentation for SimulationReport<'_> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
+        if self.result.history.time.is_empty() {
+            return Ok(Vec::new());
+        }
         let title = &self.scene.model.title;
         let mut plots = histories(title, &self.result.setup, &self.result.history);
         if let Some(at) = self.result.step_time_s {
@@ -88,6 +92,9 @@ impl Presentation for SimulationReport<'_> {
 
     fn notes(&self) -> String {
         let mut notes = step_lines(steps(&self.result.plan));
+        if self.result.history.time.is_empty() {
+            notes += "left out plots over time: the study keeps no history\n";
+        }
         notes += &cost(&self.result.history);
         if let Some(sensitivity) = &self.result.sensitivity {
             notes += &sensitivity::cost(sensitivity);
@@ -141,6 +148,7 @@ fn body(result: &SimulationResult) -> Value {
         "time_s": kept.then_some(&history.time),
         "outputs": kept.then_some(outputs),
         "readings": readings,
+        "events": events_json(setup, &history.events),
         "energy_balance": history.balance.as_ref().map(energy_balance_json),
     })
 }
@@ -151,6 +159,38 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
         "stored_before_j": balance.before, "stored_after_j": told(balance.after), "put_in_j": told(balance.work_in),
         "lost_j": told(balance.dissipated), "gap": told(balance.relative_error()), "gap_uncertainty": balance.error_bound(), "readings": balance.evaluations,
     })
+}
+
+/// Events by kind with the element that switched at each instant.
+fn events_json(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<Value> {
+    let elements = &setup.model.model.elements;
+    let name = |at: &usize| &elements[*at].name;
+    let of = |e: &EventRecord| {
+        json!({
+            "kind": e.kind.name(), "count": e.count, "every": e.stride, "time_s": e.time,
+            "element": e.element.iter().map(name).collect::<Vec<_>>(),
+        })
+    };
+    events.iter().map(of).collect()
+}
+
+/// The same as marks of a figure, with counts in the key.
+fn event_marks(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<EventMarks> {
+    let elements = &setup.model.model.elements;
+    let marks = |(k, e): (usize, &EventRecord)| {
+        let thinned = match e.stride {
+            1 => String::new(),
+            stride => format!(", 1 of {stride} marked"),
+        };
+        EventMarks {
+            name: format!("{}: {}{thinned}", e.kind.name(), e.count),
+            ink: k + 1,
+            x: e.time.clone(),
+            sources: elements.iter().map(|e| e.name.clone()).collect(),
+            source: e.element.clone(),
+        }
+    };
+    events.iter().enumerate().map(marks).collect()
 }
 
 const HEIGHT: f64 = 150.0;
@@ -191,6 +231,7 @@ fn histories(title: &str, setup: &SimulationSetup, history: &MotionResult) -> Pl
     PlotColumn {
         title: title.to_string(),
         linked: true,
+        events: event_marks(setup, &history.events),
         plots: all.zip(&history.statistics).map(plot).collect(),
         ..PlotColumn::default()
     }

@@ -186,6 +186,7 @@ fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
                 x: times,
                 y: found.abscissa.clone(),
                 columns: rows.into_iter().map(decibel).collect(),
+                sparse: false,
             }),
             ..Plot::new(Axis::linear(across), Axis::linear("frequency, Hz"))
         }

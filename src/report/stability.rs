@@ -124,7 +124,7 @@ impl Presentation for StabilityReport<'_> {
             let plot = draw_stability_chart(title, chart, found.speed);
             all.push(Figure::new("chart", plot));
         }
-        let verdicts = verdict_matrix::draw(title, &self.result);
+        let verdicts = verdict_matrix::draw(title, &self.result.cases);
         all.extend(verdicts.map(|drawing| Figure::new("verdicts", drawing)));
         Ok(all)
     }

@@ -16,6 +16,9 @@ const IM: (f64, f64) = (-0.5, 9.5);
 /// Largest factor shown, and the reciprocal of the least; values beyond lie on the edge.
 const LARGEST: f64 = 1e6;
 
+/// Side of the boundaries on which methods are stable.
+const INSIDE: &str = "explicit methods are stable inside their curves, implicit ones outside";
+
 /// Line of a method: dashed for those of a fixed formula for position and speed.
 fn line_style(method: &str) -> (Ink, LineStyle) {
     match method {
@@ -46,14 +49,9 @@ fn regions(facts: &LinearStability, spectrum: &AmplificationChart) -> Plot {
     let boundary = |method: &AmplificationCurve| {
         let curve = stability_boundary(method.method);
         let (ink, stroke) = line_style(method.method);
-        let side = match method.conditionally_stable {
-            true => "stable inside",
-            false => "stable outside",
-        };
         let upper = curve.iter().filter(|z| z.im >= -0.02);
         let (x, y) = upper.map(|z| (z.re, z.im)).unzip();
-        let name = format!("{}, {side}", method.method);
-        (!curve.is_empty()).then(|| Curve::new(name, ink, Mark::Line(1.6, stroke), x, y))
+        (!curve.is_empty()).then(|| Curve::new(method.method, ink, Mark::Line(1.6, stroke), x, y))
     };
     let places = facts.eigenvalues.iter().map(|z| *z * spectrum.step);
     let is_shown = |z: &Complex| (RE.0..=RE.1).contains(&z.re) && z.im.abs() <= IM.1;
@@ -70,9 +68,9 @@ fn regions(facts: &LinearStability, spectrum: &AmplificationChart) -> Plot {
     Plot {
         equal_scales: true,
         heading: match always.is_empty() {
-            true => String::new(),
+            true => INSIDE.to_string(),
             false => format!(
-                "shaded: left half-plane, stable at any step for {}",
+                "{INSIDE}; shaded: left half-plane, stable at any step for {}",
                 always.join(", ")
             ),
         },

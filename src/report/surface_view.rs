@@ -1,14 +1,18 @@
 //! The view of deviations over flanks as surfaces in space.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::bevel_plot::Flat;
 use super::gear_cut_plot::flank_name;
 use super::view::{View, ViewKind};
+use super::work::work_flank_name;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::contact::ease_off::EaseOff;
 use crate::numeric::statistics::extremes;
 use crate::plan::gear::cut_flank::CutFlankResult;
+use crate::plan::meshes::work::WorkResult;
 use crate::scene::cut_file::CutFile;
 
 /// Steps in the range of a surface: finer than a picture shows.
@@ -35,6 +39,26 @@ pub fn cut_view(file: &CutFile, flanks: &[CutFlankResult]) -> View {
             "heads": ["flank", "cause"],
             "quantity": "deviation from the ideal flank, out of the metal",
             "surfaces": flanks.iter().flat_map(of_flank).collect::<Vec<_>>(),
+        }),
+    }
+}
+
+/// The flanks that generators cut with the errors of their rolls.
+pub fn work_view(works: &[Arc<WorkResult>]) -> View {
+    let surface = |work: &Arc<WorkResult>| {
+        let pair = &work.pair;
+        let name = work_flank_name(work);
+        let names = [name.as_str(), work.generator.as_str()];
+        surface(names, &pair.flank.section, pair.grid, &pair.surplus)
+    };
+    View {
+        kind: ViewKind::Surface,
+        title: "Error of the cut flank".into(),
+        replaces: &["flank"],
+        data: json!({
+            "heads": ["flank", "cut on"],
+            "quantity": "surplus over the ideal flank, out of the metal",
+            "surfaces": works.iter().map(surface).collect::<Vec<_>>(),
         }),
     }
 }

@@ -6,9 +6,11 @@ use serde_json::{Value, json};
 
 use super::figure::Figure;
 use super::presentation::{Presentation, Provenance};
+use super::surface_view::work_view;
 use super::table::{Table, decimal, or_blank};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use super::transmission_plots::draw_all;
+use super::view::View;
 use super::{transmission_table, work};
 use crate::base::error::Error;
 use crate::machine::components::Machine;
@@ -91,6 +93,12 @@ impl Presentation for TransmissionReport<'_> {
             table.row(cells);
         }
         table
+    }
+
+    fn views(&self) -> Vec<View> {
+        let works = &self.result.works;
+        let view = (!works.is_empty()).then(|| work_view(works));
+        view.into_iter().collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

@@ -1,6 +1,9 @@
 //! Plots of a transmission error: lines by order with their sources, the budget by element, lines over speed.
 
+use std::sync::Arc;
+
 use super::figure::{Axis, Curve, Figure, Ink, Mark, Plot, PlotColumn, PointLabel};
+use super::gear_cut_plot::{FlankMap, draw_maps};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::number_format::{four_digits, percent};
 use super::svg::{
@@ -8,9 +11,11 @@ use super::svg::{
     truncate_label, widest,
 };
 use super::te_lines::{TeUnit, cause, source};
+use super::work::work_flank_name;
 use crate::machine::components::Machine;
 use crate::numeric::sorting::sort_falling;
 use crate::numeric::statistics::extremes;
+use crate::plan::meshes::work::WorkResult;
 use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
 use crate::transmission::speed_map::SpeedMap;
 
@@ -36,7 +41,21 @@ pub fn draw_all(title: &str, machine: &Machine, result: &TransmissionResult) -> 
     if let Some(map) = &result.map {
         all.push(Figure::new("speeds", speeds(title, machine, result, map)));
     }
+    if !result.works.is_empty() {
+        all.push(Figure::new("flank", flanks(title, &result.works)));
+    }
     all
+}
+
+/// Draws the surplus of every flank that is cut.
+fn flanks(title: &str, works: &[Arc<WorkResult>]) -> String {
+    let maps = works.iter().map(|work| FlankMap {
+        name: format!("surplus of {} over the ideal flank", work_flank_name(work)),
+        size: work.pair.grid,
+        deviations: &work.pair.surplus,
+        unit: ("µm", 1e6),
+    });
+    draw_maps(title, &maps.collect::<Vec<_>>())
 }
 
 /// The model and whose error is shown: `Y2250: work_spindle driven by motor`.

@@ -1,11 +1,11 @@
 //! Verdicts of a stability study as a picture: cases by methods, coloured, with the word and the energy-balance error.
 
-use super::stability_table::{StabilityResult, cases_and_methods, find_case, verdict_text};
+use super::stability_table::{cases_and_methods, find_case, verdict_text};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, LABEL_SIZE, LIGHT_GREY, ORANGE, WIDTH, lighten,
     render_svg, widest,
 };
-use crate::study::stability::stress_test::{CaseVerdict, MAX_ENERGY_ERROR};
+use crate::study::stability::stress_test::{CaseVerdict, MAX_ENERGY_ERROR, StressCase};
 
 /// Height of a row.
 const ROW: f64 = 22.0;
@@ -14,8 +14,8 @@ const ROW: f64 = 22.0;
 const MAX_COLUMN: f64 = 130.0;
 
 /// Draws the matrix; absent where no case ran.
-pub fn draw(title: &str, found: &StabilityResult) -> Option<String> {
-    let (names, methods) = cases_and_methods(&found.cases);
+pub fn draw(title: &str, cases: &[StressCase]) -> Option<String> {
+    let (names, methods) = cases_and_methods(cases);
     if names.is_empty() {
         return None;
     }
@@ -37,7 +37,7 @@ pub fn draw(title: &str, found: &StabilityResult) -> Option<String> {
             for (j, method) in methods.iter().enumerate() {
                 let x = left + j as f64 * column;
                 let (low, high) = ((x + 1.0, y + 1.0), (x + column - 1.0, y + ROW - 1.0));
-                match find_case(&found.cases, name, method) {
+                match find_case(cases, name, method) {
                     Some(case) => {
                         canvas.fill_rect(low, high, ink(case.verdict));
                         let middle = (x + 0.5 * column, y + 0.5 * ROW);
@@ -81,4 +81,42 @@ fn key(canvas: &mut Canvas) {
     }
     let limit = format!("figure: energy-balance error, limit {MAX_ENERGY_ERROR:.0e}");
     canvas.note(&limit, (WIDTH - 24.0, 16.0), Anchor::End);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cell in the colour of each verdict with its word and error, a frame where a method had no such case, one more of each colour in the key.
+    #[test]
+    fn exact_cells_of_verdicts() {
+        let case = |name: &str, method, verdict, energy_error| StressCase {
+            name: name.into(),
+            method,
+            verdict,
+            energy_error,
+            reason: None,
+        };
+        let cases = [
+            case("as it is", "rk4", CaseVerdict::Pass, Some(2e-9)),
+            case("as it is", "radau5", CaseVerdict::Pass, Some(3e-12)),
+            case("no damping", "rk4", CaseVerdict::Fail, Some(0.7)),
+            case("no play", "radau5", CaseVerdict::Refused, None),
+        ];
+        let svg = draw("gear pair", &cases).unwrap();
+        let cells = |colour: &str| {
+            let fill = format!("fill=\"{colour}\" stroke=\"none\"");
+            svg.matches(&fill).count() - 1
+        };
+        assert_eq!(["#BFD5E7", "#D06A00", "#D8D8D8"].map(cells), [2, 1, 1]);
+        let texts: Vec<&str> = svg.lines().map(str::trim).collect();
+        for text in ["as it is", "no damping", "no play", "rk4", "radau5"] {
+            let times = texts.iter().filter(|t| **t == text).count();
+            assert_eq!(times, 1, "{text}");
+        }
+        for text in ["pass 2e-9", "pass 3e-12", "fail 7e-1", "refused"] {
+            assert!(texts.contains(&text), "{text}");
+        }
+        assert!(draw("gear pair", &[]).is_none());
+    }
 }

@@ -93,6 +93,12 @@ pub fn text(work: &WorkResult, all: bool) -> String {
     with_minus_signs(&text)
 }
 
+/// Name of the flank that is cut: member, side and file.
+pub fn work_flank_name(work: &WorkResult) -> String {
+    let (member, side) = (MEMBERS[work.pair.member], SIDES[work.pair.side]);
+    format!("{member} {side} of {}", file_name(&work.file))
+}
+
 fn file_name(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }

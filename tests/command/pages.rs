@@ -20,6 +20,7 @@ const KINDS: &[&str] = &[
     "accuracy models/geared_damped.toml --of modes",
     "stability models/geared_damped.toml",
     "te models/three_stage_chain.toml --output spindle",
+    "te examples/y2250_pinion.toml",
     "te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000",
     "identify data/spindle_impact.csv --input force --output ax",
     "spectrum data/spindle_impact.csv --channel ax",
@@ -120,6 +121,36 @@ fn exact_run_draws_every_figure() {
     assert!(found.status.code() < Some(2));
     let svg = std::fs::read_to_string(folder.path().join("1-te.svg")).unwrap();
     assert!(svg.starts_with("<svg"));
+}
+
+/// The flank that a generator cuts: one cell a node in the drawing, and on the page a surface with the extremes of the document, µm.
+#[test]
+fn exact_cut_flank_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let [page, svg] = ["page.html", "te.svg"].map(|name| folder.path().join(name));
+    let line = ["te", "examples/y2250_pinion.toml", "--json", "--svg"];
+    let found = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(line.map(String::from))
+        .arg(&svg)
+        .arg("--html")
+        .arg(&page)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let document: Value = serde_json::from_slice(&found.stdout).unwrap();
+    let surplus = document["works"][0]["surplus_um"].as_array().unwrap();
+    let surplus: Vec<f64> = surplus.iter().filter_map(Value::as_f64).collect();
+    let drawing = std::fs::read_to_string(folder.path().join("te-flank.svg")).unwrap();
+    assert!(drawing.contains("pinion concave of bevel_12_36.toml") && drawing.contains("\nµm\n"));
+    let text = std::fs::read_to_string(page).unwrap();
+    let data = text.split("id=\"data\">").nth(1).unwrap();
+    let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
+    let view = &data["sections"][0]["views"][0];
+    assert_eq!(view["kind"], json!("surface"));
+    let surface = &view["data"]["surfaces"][0];
+    let ends = [f64::min, f64::max].map(|of| surplus.iter().copied().reduce(of).unwrap());
+    assert_eq!(surface["lowest_um"].as_f64(), Some(ends[0]));
+    assert_eq!(surface["highest_um"].as_f64(), Some(ends[1]));
 }
 
 /// The train of a planetary stage in the document: nodes by name, their coordinates, planets at their angles, a place for each.
@@ -468,6 +499,58 @@ fn exact_spectrum_of_what_is_shown() {
         "it follows the zoom"
     );
     assert_eq!(browser.value("G.plots[0].y.label"), json!("mrad"));
+}
+
+/// Events of a motion are ticks at the foot of every plot: the pointer names them with their element and instant, the CSV holds them,
+/// and the SVG file has a tick for each that has room.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_events_are_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let [page, svg] = ["page.html", "plot.svg"].map(|name| folder.path().join(name));
+    let line = "simulate examples/backlash_pair.toml --until 5e-3 --samples 500 --svg";
+    let mut arguments: Vec<&str> = line.split(' ').collect();
+    arguments.push(svg.to_str().unwrap());
+    write_page(&arguments, &page);
+    let mut browser = Browser::start(folder.path());
+    browser.open(&format!("file://{}", page.display()));
+    let kinds = browser.value("G.plots[1].events.map((e) => e.x.length)");
+    let [lost, made] = [0, 1].map(|k| kinds[k].as_u64().unwrap());
+    assert!(lost > 5 && lost.abs_diff(made) <= 1, "{kinds}");
+    // Below the middle of each row of ticks.
+    for (row, name) in ["contact loss", "impact"].iter().enumerate() {
+        let hover = format!(
+            "(() => {{ const p = G.plots[1], u = p.u, r = u.over.getBoundingClientRect(); u.over.dispatchEvent(new MouseEvent('mousemove', {{ clientX: r.left + u.valToPos(p.events[{row}].x[3], 'x') + 0.1, clientY: r.bottom - 8 * {row} - 4 }})); return [document.getElementById('tip').textContent, p.events[{row}].x[3]]; }})()"
+        );
+        let found = browser.value(&hover);
+        let text = found[0].as_str().unwrap();
+        assert!(
+            text.starts_with(&format!("{name} of pair\ntime, ")),
+            "{text}"
+        );
+        let shown = text.rsplit(' ').next().unwrap().parse::<f64>().unwrap();
+        let exact = found[1].as_f64().unwrap();
+        assert!((shown - exact).abs() < 1e-5 * exact, "{text}: {exact}");
+    }
+    let csv = browser.value("G.csv(G.plots[0])");
+    let rows = |text: &str, name: &str| text.lines().filter(|l| l.starts_with(name)).count() as u64;
+    assert_eq!(rows(csv.as_str().unwrap(), "impact of pair"), made);
+    let drawing = std::fs::read_to_string(svg).unwrap();
+    for (name, count) in [("contact loss", lost), ("impact", made)] {
+        assert!(drawing.contains(&format!("{name}: {count}")), "{name}");
+    }
+}
+
+/// Without a history there is no plot, and the page says so.
+#[test]
+fn keeps_no_empty_plots() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let line = "simulate examples/linear_chain.toml --no-history";
+    write_page(&line.split(' ').collect::<Vec<_>>(), &page);
+    let text = std::fs::read_to_string(&page).unwrap();
+    assert!(text.contains("\"figures\":[]"));
+    assert!(text.contains("left out plots over time: the study keeps no history"));
 }
 
 /// A million points in two outputs: the size of the page; the times to its last stroke and of a zoom step are printed.

@@ -9,6 +9,7 @@ mod characteristics;
 mod clutch;
 mod digits_trusted;
 mod edge_machines;
+mod event_log;
 mod exponential;
 mod extremes;
 mod floquet;

@@ -13,6 +13,7 @@ use crate::motion::diagnostics;
 use crate::motion::energy_balance::{
     BalanceLimit, EnergyBalance, EnergyIntegrator, MAX_EVALUATIONS,
 };
+use crate::motion::event_log::{EventLog, EventRecord};
 use crate::motion::output_statistics::{OutputStatistics, StatisticsAccumulator};
 use crate::motion::peak_refinement::PeakRefinement;
 use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer};
@@ -38,6 +39,8 @@ pub struct MotionResult {
     pub seconds: f64,
     /// Energy balance, on request.
     pub balance: Option<EnergyBalance>,
+    /// Events by kind, where the method locates them.
+    pub events: Vec<EventRecord>,
     /// It was stopped before its end.
     pub interrupted: bool,
 }
@@ -97,11 +100,11 @@ pub fn run_observed(
             cancel: cancel.clone(),
         };
         let known = setup.model.prescribed.as_ref();
-        let (meter, follower) =
-            EnergyIntegrator::new(model, known, [options.from, options.to], limit);
-        options.observer = follower;
-        meter
+        let run = [options.from, options.to];
+        EnergyIntegrator::observe(model, known, run, limit, &mut options.observer)
     });
+    let events =
+        (choice.method.locates_events).then(|| EventLog::observe(model, &mut options.observer));
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); setup.outputs.list.len()]);
     let mut accumulators = vec![StatisticsAccumulator::default(); setup.outputs.list.len()];
     let mut peaks = PeakRefinement::new(model, &setup.outputs);
@@ -156,6 +159,7 @@ pub fn run_observed(
         stats,
         seconds,
         balance,
+        events: events.map_or_else(Vec::new, |log| log.borrow().records()),
         interrupted: count <= options.samples,
     })
 }

@@ -10,10 +10,20 @@ use crate::report::svg::LineStyle;
 
 /// A column of plots.
 pub fn plots(figure: &PlotColumn, columns: &mut Columns) -> Value {
+    let index = |i: &usize| *i as f64;
+    let events: Vec<Value> = (figure.events.iter())
+        .map(|e| {
+            json!({
+                "name": e.name, "ink": e.ink % 6, "x": columns.value(&e.x), "sources": e.sources,
+                "source": columns.value(&e.source.iter().map(index).collect::<Vec<f64>>()),
+            })
+        })
+        .collect();
     json!({
         "title": figure.title,
         "note": figure.note,
         "linked": figure.linked,
+        "events": events,
         "plots": figure.plots.iter().map(|p| plot(p, columns)).collect::<Vec<_>>(),
     })
 }

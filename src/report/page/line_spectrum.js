@@ -54,7 +54,7 @@ G.spectrumButton = (plot, host) => {
     const axis = { log: false, range: null, unit: null, ticks: [], factor: 1 };
     const above = { guides: [], bands: [], labels: [], map: null, at_end: false, equal: false };
     const unit = plot.y.label.split(", ").at(-1);
-    G.makePlot({ ...above, curves, x: { ...axis, label: "frequency, Hz" }, y: { ...axis, log: true, label: `amplitude, ${unit}`, factor: plot.y.factor }, height: 200, heading: `spectrum of ${plot.heading || plot.y.label}`, empty: "too few points are shown for a spectrum" }, box, null, plot.name + ".spectrum", true);
+    G.makePlot({ ...above, curves, events: [], x: { ...axis, label: "frequency, Hz" }, y: { ...axis, log: true, label: `amplitude, ${unit}`, factor: plot.y.factor }, height: 200, heading: `spectrum of ${plot.heading || plot.y.label}`, empty: "too few points are shown for a spectrum" }, box, null, plot.name + ".spectrum", true);
   };
   const button = G.button("spectrum", () => {
     const on = button.ariaPressed === "false";

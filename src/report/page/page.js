@@ -264,6 +264,29 @@
     }
     ctx.setLineDash([]);
   }
+  // Ticks of events at the foot, one row a kind.
+  const EVENT_ROW = 8;
+  function drawEvents(plot, ctx) {
+    const row = EVENT_ROW * devicePixelRatio;
+    plot.events.forEach(({ ink, x }, k) => {
+      const foot = plot.u.bbox.top + plot.u.bbox.height - k * row;
+      ctx.strokeStyle = colour("--series-" + ink);
+      ctx.lineWidth = devicePixelRatio;
+      ctx.setLineDash([]);
+      ctx.beginPath();
+      for (let i = search(x, plot.shown.x[0]); i < x.length && x[i] <= plot.shown.x[1]; i++) { const at = plot.toX(x[i]); ctx.moveTo(at, foot); ctx.lineTo(at, foot - row + devicePixelRatio); }
+      ctx.stroke();
+    });
+  }
+  // The event under the pointer: its text.
+  function eventAt(plot, mx, my) {
+    const kind = plot.events[Math.floor((plot.u.over.clientHeight - my) / EVENT_ROW)];
+    if (!kind) return "";
+    const { x } = kind, at = search(x, plot.u.posToVal(mx, "x"));
+    const away = (i) => Math.abs(plot.u.valToPos(x[i], "x") - mx);
+    const near = at > 0 && !(away(at - 1) > away(at)) ? at - 1 : at;
+    return away(near) < 6 ? `${kind.name.split(":")[0]} of ${kind.sources[kind.source[near]]}\n${plot.x.label}: ${axisText(plot.x)(x[near])}` : "";
+  }
   function label(plot, ctx, text, x, y, align, ink) {
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.textAlign = align;
@@ -358,7 +381,7 @@
         hooks: {
           drawClear: [(u) => { plot.u = u; clip(u, () => drawBehind(plot, u.ctx)); }],
           drawAxes: [(u) => { if (plot.map) { clip(u, () => drawMap(plot, u.ctx)); drawScale(plot, u.ctx); } }],
-          draw: [(u) => { plot.u = u; clip(u, () => drawGuides(plot, u.ctx)); clip(u, () => plot.curves.forEach((c) => drawCurve(plot, u.ctx, c))); u.ctx.globalAlpha = 1; drawNames(plot, u.ctx); frame(u); }],
+          draw: [(u) => { plot.u = u; clip(u, () => drawGuides(plot, u.ctx)); clip(u, () => plot.curves.forEach((c) => drawCurve(plot, u.ctx, c))); u.ctx.globalAlpha = 1; clip(u, () => drawEvents(plot, u.ctx)); u.ctx.globalAlpha = 1; drawNames(plot, u.ctx); frame(u); }],
           setSelect: [(u) => {
             if (u.select.width < 4 && u.select.height < 4) return;
             const { left, top, width, height } = u.select;
@@ -495,13 +518,13 @@
         if (distance < best.distance) best = { distance, curve, i };
       }
     }
-    let text = "";
-    if (best.curve) {
+    let text = eventAt(plot, mx, my);
+    if (!text && best.curve) {
       const { curve, i } = best;
       const near = plot.labels.find((l) => l.x === curve.x[i] && l.y === curve.y[i]);
       const interval = curve.low.length ? ` (${axisText(plot.y)(curve.low[i])} … ${axisText(plot.y)(curve.high[i])})` : "";
       text = `${near ? near.text + "\n" : curve.name ? curve.name + "\n" : ""}${plot.x.label}: ${axisText(plot.x)(curve.x[i])}\n${plot.y.label}: ${axisText(plot.y)(curve.y[i])}${interval}${curve.along ? `\n${curve.along.label}: ${number(curve.along.values[i])}` : ""}`;
-    } else if (plot.map) {
+    } else if (!text && plot.map) {
       const { map } = plot;
       const [x, y] = [plot.u.posToVal(mx, "x"), plot.u.posToVal(my, "y")];
       const i = map.from.findIndex((f, k) => x >= f && x <= map.to[k]);
@@ -535,6 +558,7 @@
       return rows.join("\n") + "\n";
     }
     const rows = [["curve", plot.x.label, plot.y.label].map(cell).join(",")];
+    for (const e of plot.events) e.x.forEach((x, i) => rows.push([cell(`${e.name.split(":")[0]} of ${e.sources[e.source[i]]}`), scaled(plot.x, x), ""].join(",")));
     for (const c of plot.curves) for (let i = 0; i < c.x.length; i++) rows.push([cell(c.name), scaled(plot.x, c.x[i]), Number.isFinite(c.y[i]) ? scaled(plot.y, c.y[i]) : ""].join(","));
     return rows.join("\n") + "\n";
   };
@@ -558,15 +582,17 @@
   // The key of a figure: each name once.
   const MARKS = {
     line: (c) => `<path d="M0 6h22" stroke-width="${Math.max(c.size, 1.6)}" stroke-dasharray="${DASHES[c.dash].join(" ")}"/>`,
+    event: () => `<path d="M11 1v10"/>`,
     discs: () => `<circle cx="11" cy="6" r="3" fill="currentColor"/>`,
     stems: () => `<circle cx="11" cy="6" r="3" fill="currentColor"/>`,
     rings: () => `<circle cx="11" cy="6" r="3.5"/>`,
     crosses: () => `<path d="M7 2l8 8M7 10l8-8" stroke-width="1.6"/>`,
   };
-  function keyOf(plots) {
+  function keyOf(plots, events) {
     const key = element("div", undefined, "key");
     const known = new Set();
-    for (const plot of plots) if (!plot.at_end) for (const curve of plot.curves) {
+    const marks = events.map((e) => ({ ...e, mark: "event" }));
+    for (const curve of [...plots.flatMap((p) => (p.at_end ? [] : p.curves)), ...marks]) {
       if (!curve.name || known.has(curve.name)) continue;
       known.add(curve.name);
       const entry = element("span");
@@ -598,8 +624,9 @@
     }
     if (figure.title) host.append(element("h3", figure.title));
     if (figure.note) host.append(element("p", figure.note, "note"));
-    for (const plot of figure.plots) await unpack(plot);
-    host.append(keyOf(figure.plots));
+    for (const e of figure.events) for (const part of ["x", "source"]) e[part] = await list(e[part]);
+    for (const plot of figure.plots) { plot.events = figure.events; await unpack(plot); }
+    host.append(keyOf(figure.plots, figure.events));
     figure.plots.forEach((plot, k) => {
       if (plot.heading) host.append(element("p", plot.heading, "note"));
       const box = element("div", undefined, "plot");

@@ -10,7 +10,7 @@ use crate::base::quantity::format_time;
 use crate::base::time_budget::CancelToken;
 use crate::motion::energy_balance::{BalanceLimit, EnergyBalance, EnergyIntegrator};
 use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
-use crate::motion::problem::{IntegrationOptions, StepSize};
+use crate::motion::problem::{IntegrationOptions, Observer, StepSize};
 use crate::motion::progress::rounded;
 use crate::numeric::parallel;
 use crate::plan::motion::method_choice::{DEFAULT_TOLERANCE, choose_method, find_methods};
@@ -196,8 +196,9 @@ pub fn run_case(
         predicts: true,
         cancel: cancel.clone(),
     };
-    let (meter, follower) =
-        EnergyIntegrator::new(&model, known.as_ref(), [0.0, extreme.end_time], limit);
+    let mut observer = Observer::default();
+    let run = [0.0, extreme.end_time];
+    let meter = EnergyIntegrator::observe(&model, known.as_ref(), run, limit, &mut observer);
     let options = IntegrationOptions {
         from: 0.0,
         to: extreme.end_time,
@@ -209,7 +210,7 @@ pub fn run_case(
         },
         max_work: extreme.budget,
         cancel: cancel.clone(),
-        observer: follower,
+        observer,
     };
     let mut finite = true;
     let ran = (method.run)(&model, &options, &mut |_, y, _| {
