@@ -308,6 +308,10 @@ fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
         file: &file,
         result,
     };
+    let chips = match &args.chips {
+        Some(path) => Some((path, report.chip_table().ok_or_else(|| no_chips(&report))?)),
+        None => None,
+    };
     if let Some((path, format)) = flank {
         let failed = |e: std::io::Error| output_error(path, &e);
         outputs.write(path, |to| match format {
@@ -315,8 +319,7 @@ fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
             FlankFormat::Stl => flank_file::write_stl(&report.surfaces(), to).map_err(failed),
         })?;
     }
-    if let Some(path) = &args.chips {
-        let table = report.chip_table().ok_or_else(|| no_chips(&report))?;
+    if let Some((path, table)) = chips {
         outputs.write(path, |to| {
             table.write_csv(to).map_err(|e| output_error(path, &e))
         })?;

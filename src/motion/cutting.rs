@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::signal::Signal;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::sorting::sort_rising;
 use crate::scene::laws::{FaceMill, MillChips, MillPlace, StatedChips};
 use crate::scene::model::Axis;
 
@@ -13,9 +14,6 @@ const POINTS_PER_BLADE: usize = 24;
 
 /// The most points of a force over time.
 const MAX_POINTS: f64 = 5e6;
-
-/// Turn of the head over which a pass of a single place cuts, rad.
-const SINGLE_PLACE: f64 = 1e-2;
 
 /// Cutting force on a head at the speed `omega`, rad/s, along or about one of its axes, N or N·m: straight lines through points.
 ///
@@ -36,7 +34,7 @@ pub fn cutting_force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, 
     }
     match &mill.chips {
         MillChips::Stated(chips) => stated_force(mill, chips, omega, axis),
-        MillChips::Passes { start, passes } => {
+        MillChips::Passes { start, passes, .. } => {
             Signal::table(&force_of_passes(mill, (*start, passes), omega, axis))
         }
     }
@@ -78,7 +76,8 @@ fn stated_force(
     Signal::table(&points)
 }
 
-/// Points of the force of passes, each from and to zero a step beyond its ends, so that its integral is the sum of its places times the step.
+/// Points of the force of passes with evenly spaced places, each from and to zero a step beyond its ends: its integral is the sum of its
+/// places times the step.
 fn force_of_passes(
     mill: &FaceMill,
     (start, passes): (f64, &[Vec<MillPlace>]),
@@ -89,32 +88,37 @@ fn force_of_passes(
     let curve = |places: &Vec<MillPlace>| -> Vec<(f64, f64)> {
         let force = |p: &MillPlace| {
             let beta = mill.slot.unwrap_or(0.0) + p.angle * omega.signum();
-            (time(p.head), push(mill, [p.edge, p.thickness], axis, beta))
+            (
+                time(p.head),
+                blade_force(mill, [p.edge, p.thickness], axis, beta),
+            )
         };
         let mut points: Vec<(f64, f64)> = places.iter().map(force).collect();
-        let step = match &points[..] {
-            [(a, _), (b, _), ..] => b - a,
-            _ => SINGLE_PLACE / omega.abs(),
-        };
+        let step = points[1].0 - points[0].0;
         points.insert(0, (points[0].0 - step, 0.0));
         points.push((points[points.len() - 1].0 + step, 0.0));
         points
     };
-    let curves: Vec<Vec<(f64, f64)>> = passes.iter().map(curve).collect();
+    let mut curves: Vec<Vec<(f64, f64)>> = passes.iter().map(curve).collect();
+    sort_rising(&mut curves, |curve| curve[0].0);
     let mut times: Vec<f64> = curves.iter().flatten().map(|p| p.0).collect();
     times.sort_by(f64::total_cmp);
     times.dedup_by(|later, earlier| *later - *earlier <= 1e-12 * later.abs());
-    let at = |t: &f64| {
-        let of = |curve: &Vec<(f64, f64)>| {
-            let next = curve.partition_point(|p| p.0 < *t);
-            let (Some(b), Some(a)) = (curve.get(next), curve.get(next.wrapping_sub(1))) else {
-                return 0.0;
-            };
+    let mut waiting = curves.iter().peekable();
+    let mut open: Vec<&Vec<(f64, f64)>> = Vec::new();
+    let mut at = |t: f64| {
+        open.extend(std::iter::from_fn(|| {
+            waiting.next_if(|curve| curve[0].0 < t)
+        }));
+        open.retain(|curve| curve[curve.len() - 1].0 > t);
+        let of = |curve: &&Vec<(f64, f64)>| {
+            let next = curve.partition_point(|p| p.0 < t);
+            let (a, b) = (curve[next - 1], curve[next]);
             a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0)
         };
-        (*t, curves.iter().map(of).sum())
+        (t, open.iter().map(of).sum())
     };
-    times.iter().map(at).collect()
+    times.into_iter().map(&mut at).collect()
 }
 
 /// Begin and end of the roll, and between them every instant at which a blade enters or leaves the slot.
@@ -149,13 +153,13 @@ fn force_at(mill: &FaceMill, chips: &StatedChips, omega: f64, axis: Axis, t: f64
         let chip = (chips.chip * deep * deep + chips.runout * deep * place.cos())
             * (PI * psi / chips.arc).sin();
         let beta = mill.slot.unwrap_or(0.0) + (psi - 0.5 * chips.arc) * omega.signum();
-        push(mill, [chips.width, chip], axis, beta)
+        blade_force(mill, [chips.width, chip], axis, beta)
     };
     (0..chips.blades).map(share).sum()
 }
 
 /// Force or moment of a blade at the angle `beta` whose chip has this width and thickness, m.
-fn push(mill: &FaceMill, [width, chip]: [f64; 2], axis: Axis, beta: f64) -> f64 {
+fn blade_force(mill: &FaceMill, [width, chip]: [f64; 2], axis: Axis, beta: f64) -> f64 {
     /// Kienzle's k is the force on a chip of 1 mm × 1 mm.
     const MILLIMETRE: f64 = 1e-3;
     let force = mill.specific_force

@@ -9,8 +9,8 @@ use super::friction::FrictionState;
 use super::problem::{DenseOutput, Observer};
 use super::regime::ElementState;
 
-/// Instants kept of each kind. Beyond twice as many, every second one goes.
-pub const MAX_INSTANTS: usize = 1000;
+/// Most events kept of each kind. Beyond them every second one goes.
+pub const MAX_EVENTS: usize = 2000;
 
 /// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,24 +81,18 @@ pub struct EventRecord {
     pub count: u64,
     /// One of so many events is kept.
     pub stride: u64,
-    /// Instants, s.
-    pub time: Vec<f64>,
-    /// Element of the model, by number, that switched at each instant.
-    pub element: Vec<usize>,
+    /// Instants, s, and the elements of the model, by number, that switched.
+    pub events: Vec<(f64, usize)>,
 }
 
 impl EventRecord {
     fn push(&mut self, t: f64, element: usize) {
         if self.count.is_multiple_of(self.stride) {
-            if self.time.len() == 2 * MAX_INSTANTS {
+            if self.events.len() == MAX_EVENTS {
                 self.stride *= 2;
-                let mut even = [true, false].into_iter().cycle();
-                self.time.retain(|_| even.next() == Some(true));
-                let mut even = [true, false].into_iter().cycle();
-                self.element.retain(|_| even.next() == Some(true));
+                self.events = self.events.iter().copied().step_by(2).collect();
             }
-            self.time.push(t);
-            self.element.push(element);
+            self.events.push((t, element));
         }
         self.count += 1;
     }
@@ -119,9 +113,9 @@ impl EventLog {
             records: Vec::new(),
         }));
         if model.has_events() {
-            let along = Rc::clone(&log);
+            let shared = Rc::clone(&log);
             observer.add(move |interval: DenseOutput| {
-                along.borrow_mut().see(&interval);
+                shared.borrow_mut().record(&interval);
                 0
             });
         }
@@ -129,7 +123,7 @@ impl EventLog {
     }
 
     /// Compares the regime of an interval with that of the one before.
-    fn see(&mut self, interval: &DenseOutput) {
+    fn record(&mut self, interval: &DenseOutput) {
         let Some(regime) = interval.regime else {
             return;
         };
@@ -144,8 +138,7 @@ impl EventLog {
                         kind,
                         count: 0,
                         stride: 1,
-                        time: Vec::new(),
-                        element: Vec::new(),
+                        events: Vec::new(),
                     });
                     self.records.len() - 1
                 }

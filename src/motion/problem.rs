@@ -88,19 +88,19 @@ type ObserverFn = dyn FnMut(DenseOutput) -> u64;
 /// Observer of the intervals of a run in their order; none by default.
 #[derive(Clone, Default)]
 pub struct Observer {
-    followers: Vec<Rc<RefCell<ObserverFn>>>,
+    functions: Vec<Rc<RefCell<ObserverFn>>>,
     spent: Rc<Cell<u64>>,
 }
 
 impl Observer {
-    /// Adds one that is handed every interval, and says what work it made of it, in evaluations.
-    pub fn add(&mut self, follow: impl FnMut(DenseOutput) -> u64 + 'static) {
-        self.followers.push(Rc::new(RefCell::new(follow)));
+    /// Adds a function that is handed every interval and returns its work, in evaluations.
+    pub fn add(&mut self, function: impl FnMut(DenseOutput) -> u64 + 'static) {
+        self.functions.push(Rc::new(RefCell::new(function)));
     }
 
-    /// Somebody goes along.
+    /// Whether a function is registered.
     pub fn is_set(&self) -> bool {
-        !self.followers.is_empty()
+        !self.functions.is_empty()
     }
 
     /// Hands over an interval, if time passes in it.
@@ -108,7 +108,7 @@ impl Observer {
         if interval.to <= interval.from {
             return;
         }
-        for follow in &self.followers {
+        for follow in &self.functions {
             let work = (follow.borrow_mut())(DenseOutput {
                 state: &mut *interval.state,
                 ..interval

@@ -166,7 +166,7 @@ impl CutReport<'_> {
             cells.extend(angles.map(decimal));
             cells.push(decimal(1e6 * chip.area));
             cells.push(decimal(1e3 * chip.edge));
-            cells.push(decimal(1e3 * chip.area / chip.edge));
+            cells.push(decimal(1e3 * chip.thickness()));
             table.row(cells);
         }
         Some(table)

@@ -22,6 +22,9 @@ const STEPS: usize = 48;
 /// Cells across and down at most: what is finer no eye could distinguish, and no viewer would like to draw.
 const PRINTED: (usize, usize) = (250, 140);
 
+/// Most cells of a map whose lines are narrow and mostly on the lowest colour.
+const PRINTED_SPARSE: (usize, usize) = (480, 400);
+
 /// Levels shown below the largest at most, dB.
 const DYNAMIC_RANGE_DB: f64 = 80.0;
 
@@ -43,7 +46,7 @@ pub(super) fn map_ranges(map: &LevelMap) -> Option<((f64, f64), (f64, f64))> {
 /// Cells of a map in an SVG file.
 fn printed(map: &LevelMap) -> (usize, usize) {
     match map.sparse {
-        true => (map.x.len(), map.y.len()),
+        true => PRINTED_SPARSE,
         false => PRINTED,
     }
 }

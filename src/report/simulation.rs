@@ -148,7 +148,7 @@ fn body(result: &SimulationResult) -> Value {
         "time_s": kept.then_some(&history.time),
         "outputs": kept.then_some(outputs),
         "readings": readings,
-        "events": events_json(setup, &history.events),
+        "events": history.events.as_ref().map(|events| events_json(setup, events)),
         "energy_balance": history.balance.as_ref().map(energy_balance_json),
     })
 }
@@ -164,11 +164,12 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
 /// Events by kind with the element that switched at each instant.
 fn events_json(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<Value> {
     let elements = &setup.model.model.elements;
-    let name = |at: &usize| &elements[*at].name;
+    let name = |(_, at): &(f64, usize)| &elements[*at].name;
     let of = |e: &EventRecord| {
         json!({
-            "kind": e.kind.name(), "count": e.count, "every": e.stride, "time_s": e.time,
-            "element": e.element.iter().map(name).collect::<Vec<_>>(),
+            "kind": e.kind.name(), "count": e.count, "every": e.stride,
+            "time_s": e.events.iter().map(|e| e.0).collect::<Vec<_>>(),
+            "element": e.events.iter().map(name).collect::<Vec<_>>(),
         })
     };
     events.iter().map(of).collect()
@@ -177,20 +178,20 @@ fn events_json(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<Value> {
 /// The same as marks of a figure, with counts in the key.
 fn event_marks(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<EventMarks> {
     let elements = &setup.model.model.elements;
-    let marks = |(k, e): (usize, &EventRecord)| {
+    let marks = |e: &EventRecord| {
         let thinned = match e.stride {
             1 => String::new(),
             stride => format!(", 1 of {stride} marked"),
         };
         EventMarks {
             name: format!("{}: {}{thinned}", e.kind.name(), e.count),
-            ink: k + 1,
-            x: e.time.clone(),
+            ink: e.kind as usize + 1,
+            x: e.events.iter().map(|e| e.0).collect(),
             sources: elements.iter().map(|e| e.name.clone()).collect(),
-            source: e.element.clone(),
+            source: e.events.iter().map(|e| e.1).collect(),
         }
     };
-    events.iter().enumerate().map(marks).collect()
+    events.iter().map(marks).collect()
 }
 
 const HEIGHT: f64 = 150.0;
@@ -231,7 +232,7 @@ fn histories(title: &str, setup: &SimulationSetup, history: &MotionResult) -> Pl
     PlotColumn {
         title: title.to_string(),
         linked: true,
-        events: event_marks(setup, &history.events),
+        events: event_marks(setup, history.events.as_deref().unwrap_or_default()),
         plots: all.zip(&history.statistics).map(plot).collect(),
         ..PlotColumn::default()
     }

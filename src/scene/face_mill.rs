@@ -1,18 +1,17 @@
 //! Face-mill loads: chips by their greatest size, or the passes that `geardyn gear cut --chips` writes.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::sync::Arc;
 
 use super::csv_table::CsvTable;
 use super::factors::read_interval;
 use super::laws::{FaceMill, MillChips, MillPlace, StatedChips};
+use super::named_gear_file::NamedFile;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::ValueRange;
-use crate::base::load;
 use crate::base::quantity_kind::QuantityKind;
-use crate::base::source_span::SourceFile;
+use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 
 /// Keys that state chips, which a file of passes replaces.
@@ -88,27 +87,29 @@ fn passes(f: &mut TableReader) -> MillChips {
         }
     }
     let start = f.optional_quantity("start", QuantityKind::Time, ValueRange::Any);
-    let named = f.optional_text("chips").unwrap_or_default();
-    let span = f.span_of("chips").clone();
-    let folder = Path::new(&span.source().path).parent();
-    let path = folder.unwrap_or(Path::new("")).join(named);
-    let passes = match load::load(&path) {
-        Ok(source) => read_passes(&source).unwrap_or_else(|errors| {
+    let file = NamedFile::read(f, "chips");
+    let read = file.as_ref().map(|file| read_passes(&file.source));
+    let passes = match read {
+        Some(Ok(passes)) => passes,
+        Some(Err(errors)) => {
             for error in errors.as_slice() {
                 f.errors.push(error.clone());
             }
             Vec::new()
-        }),
-        Err(error) => {
-            f.push(error, &span);
-            Vec::new()
         }
+        None => Vec::new(),
     };
     MillChips::Passes {
         start: start.unwrap_or(0.0),
         passes,
+        source: file.map(|file| file.source),
     }
 }
+
+const WRITTEN_BY: &str = "write the file by `geardyn gear cut FILE --chips CHIPS.csv`";
+
+/// Relative difference of steps that printed digits leave.
+const UNEVEN: f64 = 1e-4;
 
 /// Places of a file, pass by pass.
 fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> {
@@ -123,14 +124,19 @@ fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> 
     let numbers = &table.columns[4];
     let wrong = |row: usize, what: &str| {
         let error = Error::new(Code::OutOfRange, format!("row {}: {what}", row + 1));
-        let error = error.with_hint("write the file by `geardyn gear cut FILE --chips CHIPS.csv`");
+        let error = error.with_hint(WRITTEN_BY);
         Err(table.locate(error).into())
     };
     let mut passes: Vec<Vec<MillPlace>> = Vec::new();
     for (i, pass) in numbers.iter().enumerate() {
         let [head, angle, edge, thickness] = [0, 1, 2, 3].map(|k| table.columns[k][i]);
-        if !(edge > 0.0 && thickness > 0.0) {
-            return wrong(i, "a chip needs an edge and a thickness above zero");
+        for (name, value) in [("edge", edge), ("thickness", thickness)] {
+            if !(value >= 0.0) {
+                return wrong(
+                    i,
+                    &format!("{name} is {} mm (must not be below 0)", 1e3 * value),
+                );
+            }
         }
         let place = MillPlace {
             head,
@@ -140,16 +146,42 @@ fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> 
         };
         match passes.last_mut() {
             Some(last) if i > 0 && numbers[i - 1] == *pass => {
-                if last.last().is_some_and(|before| head <= before.head) {
-                    return wrong(i, "the turn of the head does not rise within the pass");
+                let steps = (
+                    last.last().map(|p| head - p.head),
+                    last.get(1).map(|p| p.head - last[0].head),
+                );
+                match steps {
+                    (Some(step), _) if !(step > 0.0) => {
+                        return wrong(i, "the turn of the head does not rise within the pass");
+                    }
+                    (Some(step), Some(first)) if (step / first - 1.0).abs() > UNEVEN => {
+                        return wrong(
+                            i,
+                            "the turn of the head does not rise by equal steps within the pass",
+                        );
+                    }
+                    _ => last.push(place),
                 }
-                last.push(place);
             }
-            _ => passes.push(vec![place]),
+            Some(last) if last.len() < 2 => {
+                return wrong(i - 1, "the pass has one place, and its length is not known");
+            }
+            last => {
+                if last.is_some() && !(*pass > numbers[i - 1]) {
+                    return wrong(i, "the number of the pass does not rise");
+                }
+                passes.push(vec![place]);
+            }
         }
     }
-    match passes.is_empty() {
-        true => wrong(0, "the file has no places"),
-        false => Ok(passes),
+    match passes.last() {
+        Some(last) if last.len() >= 2 => Ok(passes),
+        _ => {
+            let error = Error::new(Code::OutOfRange, "the last pass has less than two places");
+            Err(error
+                .with_span(&SourceSpan::new(source.clone(), 0..0))
+                .with_hint(WRITTEN_BY)
+                .into())
+        }
     }
 }

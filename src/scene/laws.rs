@@ -1,5 +1,9 @@
 //! Time-domain laws: contact damping, waveforms, friction, torque–speed curves, load histories.
 
+use std::sync::Arc;
+
+use crate::base::source_span::SourceFile;
+
 /// Damping law of a contact as it opens and closes. With g the deflection beyond the play:
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactDamping {
@@ -270,9 +274,24 @@ pub enum MillChips {
     Passes {
         /// That time, s.
         start: f64,
-        /// Places pass by pass.
+        /// Places pass by pass: two or more at equal steps of the head.
         passes: Vec<Vec<MillPlace>>,
+        /// The file that holds them; absent where it cannot be read.
+        source: Option<Arc<SourceFile>>,
     },
+}
+
+impl LoadHistory {
+    /// The file of chips of a face-mill load.
+    pub fn chips(&self) -> Option<&Arc<SourceFile>> {
+        match self {
+            LoadHistory::FaceMill(FaceMill {
+                chips: MillChips::Passes { source, .. },
+                ..
+            }) => source.as_ref(),
+            _ => None,
+        }
+    }
 }
 
 /// Chips of alike groups that enter and leave the slot one after another; they thicken and thin again over the generating roll.

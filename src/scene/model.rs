@@ -74,7 +74,7 @@ impl Model {
         pairs.chain(stages.flatten()).collect()
     }
 
-    /// The gear files, and the generators that cut them, each once.
+    /// The gear files, the generators that cut them and files of chips, each once.
     pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
         let mut all: Vec<Arc<SourceFile>> = Vec::new();
         for (_, mesh, _) in self.gear_meshes() {
@@ -85,7 +85,8 @@ impl Model {
         }
         let generators = self.gear_pairs.iter().filter_map(|p| p.cut_on.as_ref());
         let work = self.work.iter().map(|work| &work.bevel.source);
-        for source in generators.map(|cut| &cut.source).chain(work) {
+        let chips = self.loads.iter().filter_map(|load| load.history.chips());
+        for source in generators.map(|cut| &cut.source).chain(work).chain(chips) {
             if !all.contains(source) {
                 all.push(source.clone());
             }

@@ -134,16 +134,17 @@ fn stated_stiffness(f: &TableReader, suffix: &str) -> Option<(String, SourceSpan
     Some((key, span))
 }
 
-/// A gear file that a key of a model names.
-struct NamedFile {
+/// A file that a key of a model names.
+pub(super) struct NamedFile {
     key: String,
-    source: Arc<SourceFile>,
+    /// The file.
+    pub(super) source: Arc<SourceFile>,
     span: SourceSpan,
 }
 
 impl NamedFile {
     /// The file under a key.
-    fn read(f: &mut TableReader, key: &str) -> Option<NamedFile> {
+    pub(super) fn read(f: &mut TableReader, key: &str) -> Option<NamedFile> {
         let named = f.optional_text(key)?;
         let span = f.span_of(key).clone();
         // The path starts at the model, wherever [set] writes it.

@@ -247,7 +247,7 @@ fn refuses_cuts() {
 /// head is `k_c1 r ∫ A dθ/Ω`, the integral taken from the file.
 #[test]
 fn exact_impulse_of_chips() {
-    let (folder, file) = changed("[cut]\n", "[cut]\n");
+    let (folder, file) = coarse();
     let text = std::fs::read_to_string(&file).unwrap();
     let text = text.replacen("member = \"pinion\"", "member = \"gear\"", 1);
     let text = text.replacen("blades = 16", "blades = 8", 1);
@@ -309,7 +309,7 @@ fn exact_impulse_of_chips() {
         &written.replacen("edge [mm]", "edge", 1),
     );
     assert_eq!(refusal(&["check", &head("bare.csv\"\n")]).0, "missing-unit");
-    let wrong = written.lines().take(2).collect::<Vec<_>>().join("\n") + "\n0,1,0,1,0,1,1,-1\n";
+    let wrong = written.lines().take(2).collect::<Vec<_>>().join("\n") + "\n1,1,0,1,0,1,1,-1\n";
     put(folder.path(), "wrong.csv", &wrong);
     assert_eq!(
         refusal(&["check", &head("wrong.csv\"\n")]).0,
@@ -318,7 +318,7 @@ fn exact_impulse_of_chips() {
     let (_folder, pinion) = coarse();
     let (code, message) = refusal(&["gear", "cut", &pinion, "--chips", chips]);
     assert!(
-        code == "usage" && message.contains("setting of its own"),
+        code == "usage" && message.contains("separate settings"),
         "{message}"
     );
 }

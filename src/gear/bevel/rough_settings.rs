@@ -10,6 +10,9 @@ use super::cutter::Cutter;
 use super::settings::{MachineSettings, Roll};
 use crate::gear::kernel::vector::Vector;
 
+/// Tilt, rad, below which it is rounding.
+const NO_TILT: f64 = 1e-12;
+
 /// Settings at which a cutter leaves a spiral angle, rad, and its blade angle as pressure angle in the middle of the face of a blank.
 ///
 /// Of two gears cut so with the same angles the mating flanks touch at their mean points, at the ratio of the tooth numbers.
@@ -34,6 +37,7 @@ pub fn rough_settings(blank: &Blank, cutter: &Cutter, spiral_angle: f64) -> Mach
     let root = (blank.pitch_apex - blank.root_apex) * blank.root_angle.sin();
     let tip = mean + down * ((root - mean.z) / down.z);
     let centre = tip - outward * cutter.point_radius;
+    let tilt = f64::hypot(axis.x, axis.y).atan2(axis.z);
     MachineSettings {
         radial_distance: f64::hypot(centre.x, centre.y),
         cradle_angle: centre.y.atan2(centre.x),
@@ -42,8 +46,11 @@ pub fn rough_settings(blank: &Blank, cutter: &Cutter, spiral_angle: f64) -> Mach
         helical_motion: 0.0,
         centre_to_back: blank.pitch_apex,
         machine_root_angle: blank.root_angle,
-        tilt: f64::hypot(axis.x, axis.y).atan2(axis.z),
-        swivel: axis.y.atan2(axis.x),
+        tilt,
+        swivel: match tilt > NO_TILT {
+            true => axis.y.atan2(axis.x),
+            false => 0.0,
+        },
         roll: Some(Roll::constant(cos_theta / blank.pitch_angle.sin())),
     }
 }

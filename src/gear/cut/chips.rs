@@ -17,7 +17,9 @@ use crate::gear::kernel::vector::Vector;
 /// Lines over each of the inside edge, the tip and the outside edge.
 const LINES: [usize; 3] = [64, 24, 64];
 /// Places of a blade while it crosses the slot.
-pub const PLACES: usize = 48;
+const PLACES: usize = 48;
+/// Most passes to either side of the middle of the roll: a face-mill load reads as many.
+const MAX_PASSES: i64 = 1000;
 /// Step at which the ends of the slot are sought round the cutter, rad.
 const SEARCH: f64 = 0.01;
 /// Furthest turn of the cradle from the middle of the flanks at which a blade may still cut, rad.
@@ -54,10 +56,20 @@ pub struct Chip {
     pub volume: f64,
 }
 
+impl Chip {
+    /// Mean thickness, m.
+    pub fn thickness(&self) -> f64 {
+        match self.edge > 0.0 {
+            true => self.area / self.edge,
+            false => 0.0,
+        }
+    }
+}
+
 /// A place of a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChipPlace {
-    /// The pass, from 0.
+    /// The pass, from 1.
     pub pass: usize,
     /// Blade of the pass.
     pub blade: usize,
@@ -76,10 +88,23 @@ pub struct ChipPlace {
 pub struct Chips {
     /// Passes of blades through the slot.
     pub passes: usize,
-    /// Places with a chip, pass by pass.
+    /// Places pass by pass, from one before the first chip to one behind the last.
     pub places: Vec<ChipPlace>,
     /// Volume that they remove, m³.
     pub volume: f64,
+}
+
+/// Why there are no chips.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoChips {
+    /// The inside point radius is not below the outside one.
+    CrossedBlades,
+    /// No blade reaches the blank in the middle of the roll.
+    NotInBlank,
+    /// The roll does not carry the blades out of the blank, or they meet it all round the cutter.
+    NeverLeaves,
+    /// The feed is so slow that more than [`MAX_PASSES`] lie to one side of the middle.
+    TooManyPasses,
 }
 
 /// A blade at one place: lines are cut in its plane.
@@ -110,41 +135,72 @@ impl ChipCutter {
         }
     }
 
-    /// All places with a chip while the cradle rolls from where the blades reach the blank to where they leave it; none where they do not
-    /// leave it, or where the blank is met all round the cutter. `middle` is a turn of the cradle at which a blade is in the slot, rad.
-    pub fn chips(&self, middle: f64) -> Option<Chips> {
-        let [from, to] = self.slot(middle)?;
+    /// All passes while the cradle rolls from where the blades reach the blank to where they leave it; where blades differ, for a whole turn
+    /// of the head. `middle` is a turn of the cradle at which a blade is in the slot, rad.
+    ///
+    /// # Errors
+    /// The reason why there are none.
+    pub fn chips(&self, middle: f64) -> Result<Chips, NoChips> {
+        if self.radii[0] >= self.radii[1] {
+            return Err(NoChips::CrossedBlades);
+        }
+        let [from, to] = self.slot(middle).ok_or(NoChips::NeverLeaves)?;
         let thetas: Vec<f64> = (0..PLACES)
             .map(|i| from + (to - from) * (i as f64 + 0.5) / PLACES as f64)
             .collect();
         let first = (middle / self.turn_of(1)).round() as i64;
-        let meets = |pass: &i64| thetas.iter().any(|theta| self.meets(*pass, *theta));
-        let most = (FURTHEST / self.feed.step()) as i64;
-        let end = |way: i64| (0..most).map(|k| first + way * k).find(|k| !meets(k));
-        let (start, end) = (end(-1)?, end(1)?);
+        let (start, end) = (self.end(first, -1, &thetas)?, self.end(first, 1, &thetas)?);
+        if end == start {
+            return Err(NoChips::NotInBlank);
+        }
         let blades = i64::from(self.feed.blades);
-        let mut all = Vec::new();
+        let mut all: Vec<ChipPlace> = Vec::new();
         for pass in start + 1..end {
-            for theta in &thetas {
-                let chip = self.chip(pass, *theta);
-                if chip.area > 0.0 {
-                    let passes = pass - start - 1;
-                    all.push(ChipPlace {
-                        pass: passes as usize,
-                        blade: pass.rem_euclid(blades) as usize,
-                        cradle: self.turn(pass, *theta),
-                        head: passes as f64 * TAU / blades as f64 + theta - from,
-                        theta: theta - 0.5 * (from + to),
-                        chip,
-                    });
-                }
+            let passes = pass - start - 1;
+            let place = |theta: &f64| ChipPlace {
+                pass: passes as usize + 1,
+                blade: pass.rem_euclid(blades) as usize,
+                cradle: self.turn(pass, *theta),
+                head: passes as f64 * TAU / blades as f64 + theta - from,
+                theta: theta - 0.5 * (from + to),
+                chip: self.chip(pass, *theta),
+            };
+            let places: Vec<ChipPlace> = thetas.iter().map(place).collect();
+            let has_chip = |p: &ChipPlace| p.chip.area > 0.0;
+            let ends = (
+                places.iter().position(has_chip),
+                places.iter().rposition(has_chip),
+            );
+            if let (Some(first), Some(last)) = ends {
+                all.extend(&places[first.saturating_sub(1)..PLACES.min(last + 2)]);
             }
         }
         let step = (to - from) / PLACES as f64;
-        Some(Chips {
+        Ok(Chips {
             passes: (end - start - 1) as usize,
             volume: all.iter().map(|p| p.chip.volume * step).sum(),
             places: all,
+        })
+    }
+
+    /// The first pass from `first` on that misses the blank; where blades differ, of a whole turn of the head that does.
+    fn end(&self, first: i64, way: i64, thetas: &[f64]) -> Result<i64, NoChips> {
+        let most = (FURTHEST / self.feed.step()) as i64;
+        let mut missed = 0;
+        for k in 0..most.min(MAX_PASSES) {
+            let pass = first + way * k;
+            if thetas.iter().any(|theta| self.meets(pass, *theta)) {
+                missed = 0;
+                continue;
+            }
+            missed += 1;
+            if missed == self.passes_back() {
+                return Ok(pass - way * (missed - 1));
+            }
+        }
+        Err(match most > MAX_PASSES {
+            true => NoChips::TooManyPasses,
+            false => NoChips::NeverLeaves,
         })
     }
 
@@ -261,7 +317,8 @@ impl ChipCutter {
         left.iter().map(|[a, b]| b - a).sum()
     }
 
-    /// Distances of a point of the work beyond tip, inside and outside edge of a blade as it crosses that point.
+    /// Radial excess of a point of the work beyond inside and outside edge of a blade as it crosses that point, and its height above the tip,
+    /// tip first, m.
     fn beyond(&self, plane: &Plane, inverse: &Transform, r: Vector) -> [f64; 3] {
         let nominal = inverse.apply(r);
         let (sin, cos) = plane.theta.sin_cos();

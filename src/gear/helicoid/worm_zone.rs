@@ -33,7 +33,7 @@ pub struct ContactLine {
 }
 
 impl WormZone {
-    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature has the sign of D and is negative.
+    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature is negative, as D is.
     pub fn holds(&self, contact: &WormContact) -> bool {
         self.reaches(contact) && contact.undercut < 0.0
     }

@@ -13,7 +13,7 @@ use crate::numeric::thin_qr::{thin_qr, transposed_product};
 use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{ScaledPole, WhitenedProblem};
-use super::projection::{PoleModel, sum_of_squares};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, sum_of_squares};
 use super::scan::ScanPeak;
 
 /// Nodes of a block, d.
@@ -74,6 +74,9 @@ impl<'a> CompressedProblem<'a> {
 /// Half-widths down to this share of a pole's, and of a candidate's, are provided for.
 const WIDTH_MARGIN: (f64, f64) = (0.7, 0.35);
 
+/// Most changes of the lines on which poles are brought to their places: they have hardly anywhere to go.
+pub(super) const MAX_RECOMPRESSIONS: usize = 4;
+
 /// Condenses a problem again and again, for poles that move.
 #[derive(Debug)]
 pub(super) struct Compressor<'a> {
@@ -95,6 +98,26 @@ impl<'a> Compressor<'a> {
             cached_blocks: HashMap::new(),
             cached_rules: HashMap::new(),
         }
+    }
+
+    /// Poles brought to their places on lines that serve them there. The steps are those of all rounds.
+    pub fn refine(
+        &mut self,
+        (mut fit, mut lines): (ModelFit, CompressedProblem<'a>),
+        numerators: usize,
+        cancel: StopCriteria,
+    ) -> (ModelFit, CompressedProblem<'a>) {
+        let mut steps = 0;
+        for round in 1.. {
+            fit = refine(&[&*lines.problem], fit, numerators, cancel);
+            steps += fit.steps;
+            if round == MAX_RECOMPRESSIONS || lines.is_valid_for(&fit.model.poles) {
+                break;
+            }
+            lines = self.compress(&fit.model, &[]);
+            fit = fit_at(&[&*lines.problem], &fit.model, numerators);
+        }
+        (ModelFit { steps, ..fit }, lines)
     }
 
     /// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by

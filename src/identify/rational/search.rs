@@ -5,7 +5,7 @@ use crate::numeric::{Complex, Matrix};
 use super::basis::{ModelTerms, ScaledPole, WhitenedProblem};
 use super::covariance::{PoleCovariance, covariance};
 use super::groups::{GroupMean, means};
-use super::line_compression::{CompressedProblem, Compressor};
+use super::line_compression::{CompressedProblem, Compressor, MAX_RECOMPRESSIONS};
 use super::model_error::{self, ModeDeviation, PoleResidues};
 use super::model_error_search::{ModelErrorFit, ModelErrorSearch, unweighted_residuals};
 use super::pole_significance::PoleSignificance;
@@ -571,9 +571,6 @@ fn select_poles(
     })
 }
 
-/// Most changes of the lines that the last refinement is made on: the poles have hardly anywhere to go.
-const LAST_ROUNDS: usize = 4;
-
 /// The last refinement, and the covariance there.
 fn final_refinement(
     problems: &[WhitenedProblem],
@@ -592,7 +589,7 @@ fn final_refinement(
         effort.steps += fit.steps;
         round += 1;
         let served = enough.iter().all(|e| e.is_valid_for(&fit.model.poles));
-        if served || round == LAST_ROUNDS {
+        if served || round == MAX_RECOMPRESSIONS {
             let certain = covariance(&enough, &fit, numerators);
             return (fit, certain);
         }

@@ -51,9 +51,6 @@ const STOP_BEFORE_SCAN: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-3,
 };
 
-/// Most changes of the lines on which poles that came from elsewhere are brought to their places.
-const MAX_LINES: usize = 4;
-
 /// A pole whose place is uncertain by more than this share of its half-width may be no pole of its own.
 const MAX_RELATIVE_STD: f64 = 0.2;
 
@@ -302,15 +299,13 @@ impl<'a> StepwiseSearch<'a> {
     }
 
     /// Poles in their places, on lines that serve them there.
-    fn converge(&mut self, mut fit: ModelFit) -> ModelFit {
-        for _ in 0..MAX_LINES {
-            fit = refine(self.problem(), fit, self.numerators, STOP_BEFORE_SCAN);
-            self.count_steps(fit.steps, fit.model.poles.len());
-            if self.lines.is_valid_for(&fit.model.poles) {
-                break;
-            }
-            fit = self.fit_model(&fit.model, &[]);
-        }
+    fn converge(&mut self, fit: ModelFit) -> ModelFit {
+        let start = (fit, self.lines.clone());
+        let (fit, lines) = self
+            .condenser
+            .refine(start, self.numerators, STOP_BEFORE_SCAN);
+        self.lines = lines;
+        self.count_steps(fit.steps, fit.model.poles.len());
         fit
     }
 

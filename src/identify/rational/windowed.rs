@@ -6,7 +6,7 @@ use crate::numeric::{Complex, Matrix};
 use super::basis::{ScaledPole, WhitenedProblem, set_complex};
 use super::line_compression::Compressor;
 use super::model_error::{ModeDeviation, PoleResidues, misfit, variance};
-use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, residual};
 use super::scaled_responses::{ScaledResponses, SeparableWeights};
 use crate::numeric::sorting::sort_rising;
 
@@ -28,9 +28,6 @@ const BACKGROUND_TERMS: usize = 4;
 
 /// Most poles of a window. That of a broad pole among narrow ones ends before 8 half-widths: its time grows with their cube.
 const MAX_POLES: usize = 12;
-
-/// Most changes of the lines on which the poles of a window are brought to their places.
-const MAX_LINES: usize = 3;
 
 /// A fit of the whole band, as far as windows need it.
 pub(super) struct BandFit<'a> {
@@ -266,16 +263,9 @@ fn refine_on_fewer(
     cancel: StopCriteria,
 ) -> (ModelFit, Option<WhitenedProblem>) {
     let mut compressor = Compressor::new(all);
-    let mut lines = compressor.compress(&model, &[]);
-    let mut fit = fit_at(&[&*lines.problem], &model, NUMERATORS);
-    for _ in 0..MAX_LINES {
-        fit = refine(&[&*lines.problem], fit, NUMERATORS, cancel);
-        if lines.is_valid_for(&fit.model.poles) {
-            break;
-        }
-        lines = compressor.compress(&fit.model, &[]);
-        fit = fit_at(&[&*lines.problem], &fit.model, NUMERATORS);
-    }
+    let lines = compressor.compress(&model, &[]);
+    let fit = fit_at(&[&*lines.problem], &model, NUMERATORS);
+    let (fit, lines) = compressor.refine((fit, lines), NUMERATORS, cancel);
     let fewer = (!lines.is_whole()).then(|| lines.problem.into_owned());
     (fit, fewer)
 }

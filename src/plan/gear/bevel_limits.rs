@@ -116,7 +116,7 @@ pub(super) fn warning(file: &BevelFile, limit: &BevelLimit) -> Diagnostic {
         ),
         "cut-away" => (
             format!(
-                "the {flank}{name} lies wholly beyond the limit of undercut: the cutter that touches it cuts deeper into it"
+                "the {flank}{name} lies wholly beyond the limit of undercut: the generating cutter removes the whole flank"
             ),
             match member.blank.pitch_angle > FRAC_PI_2 {
                 true => {

@@ -121,29 +121,11 @@ impl LoadedPair<'_> {
         let changes = study.changes.then(|| self.flank_mesh().changes(largest));
         let stability = stability(self.file, self.pair, self.options, self.bending());
         Ok(MeshStudies {
-            te_errors: self.te_errors(mesh),
+            // Half as many stations may be too few to solve: then the error is not known.
+            te_errors: self.flank_mesh().te_errors(mesh).ok(),
             changes: changes.transpose().map_err(located)?,
             stability: stability.map_err(located)?,
         })
-    }
-
-    /// Half the greatest difference of e(φ, T) to half as many stations: edges that cover a few stations converge with about the order 1.5,
-    /// and unevenly.
-    fn te_errors(&self, mesh: &FlankMeshResult) -> Option<Vec<f64>> {
-        let torques: Vec<f64> = mesh.cycles.iter().map(|c| c.torque).collect();
-        let options = FlankMeshOptions {
-            stations: self.options.stations / 2,
-            ..self.options
-        };
-        let coarse = FlankMesh::new(self.pair, self.path, options, self.bending());
-        let coarse = coarse.map(&torques).ok()?;
-        let pairs = mesh.cycles.iter().zip(&coarse.cycles);
-        let apart = pairs.map(|(fine, coarse)| {
-            let places = fine.positions.iter().zip(&coarse.positions);
-            let most = places.map(|(a, b)| (a.te - b.te).abs()).fold(0.0, f64::max);
-            0.5 * most
-        });
-        Some(apart.collect())
     }
 
     fn flank_mesh(&self) -> FlankMesh<'_> {

@@ -2,7 +2,7 @@
 
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::tooth_section::Side;
-use crate::gear::cut::chips::{ChipCutter, ChipPlace, Chips};
+use crate::gear::cut::chips::{ChipCutter, ChipPlace, Chips, NoChips};
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::cut_file::CutFile;
@@ -29,8 +29,9 @@ impl ChipResult {
 
     /// First and last turn of the cradle with a chip, rad.
     pub fn roll(&self) -> Option<[f64; 2]> {
-        let places = &self.chips.places;
-        Some([places.first()?.cradle, places.last()?.cradle])
+        let mut places = self.chips.places.iter().filter(|p| p.chip.area > 0.0);
+        let first = places.next()?.cradle;
+        Some([first, places.next_back().map_or(first, |p| p.cradle)])
     }
 }
 
@@ -42,20 +43,23 @@ pub fn chips(file: &CutFile, member: usize) -> Result<ChipResult, String> {
     let of = &file.bevel.members[member];
     let name = MEMBERS[member];
     let [Some(concave), Some(convex)] = &of.flanks else {
-        return Err(format!("{name}: not both flanks are described"));
+        return Err(format!("the {name} has settings for one flank alone"));
     };
     if of.process != Process::Generated {
-        return Err(format!("{name}: formate, its plunge feed is not described"));
+        return Err(format!(
+            "the {name} is cut without a roll (formate), and its plunge feed is not described"
+        ));
     }
     if concave.settings != convex.settings {
         return Err(format!(
-            "{name}: each flank is cut in a setting of its own, in a slot that another cut has opened"
+            "the flanks of the {name} are cut in separate settings, in a slot that another cut has opened"
         ));
     }
     let hand = file.bevel.hand_of(member);
     let flank = BevelFlank::new(&concave.cutter, &concave.settings, hand, of.section);
     let blank = [Side::Tip, Side::Toe, Side::Heel].map(|side| of.section.side(side));
-    let found = flank.middle().and_then(|[_, theta, turn]| {
+    let middle = flank.middle().ok_or(NoChips::NotInBlank);
+    let found = middle.and_then(|[_, theta, turn]| {
         let cutter = ChipCutter::new(
             [&convex.cutter, &concave.cutter],
             concave.settings.motion(hand),
@@ -65,12 +69,21 @@ pub fn chips(file: &CutFile, member: usize) -> Result<ChipResult, String> {
         );
         cutter.chips(turn)
     });
-    match found {
-        Some(chips) if !chips.places.is_empty() => Ok(ChipResult { member, chips }),
-        _ => Err(format!(
-            "{name}: the roll does not carry the blades out of the blank"
-        )),
-    }
+    let chips = found.map_err(|why| match why {
+        NoChips::CrossedBlades => {
+            format!("the inside point radius of the {name}'s cutter is not below its outside one")
+        }
+        NoChips::NotInBlank => {
+            format!("no blade reaches the blank of the {name} in the middle of its roll")
+        }
+        NoChips::NeverLeaves => {
+            format!("the roll of the {name} does not carry the blades out of the blank")
+        }
+        NoChips::TooManyPasses => {
+            format!("the roll of the {name} has more than 1000 passes to one side of its middle")
+        }
+    })?;
+    Ok(ChipResult { member, chips })
 }
 
 /// The stage of the plan.
@@ -88,10 +101,7 @@ pub fn decision(found: &[Result<ChipResult, String>]) -> StageDecision {
         false => StageDecision::Runs(format!(
             "{}; sharp edges on a true generator{}",
             runs.join("; "),
-            reasons
-                .iter()
-                .map(|r| format!("; none of the {r}"))
-                .collect::<String>()
+            reasons.iter().map(|r| format!("; {r}")).collect::<String>()
         )),
     }
 }

@@ -40,7 +40,7 @@ pub struct MotionResult {
     /// Energy balance, on request.
     pub balance: Option<EnergyBalance>,
     /// Events by kind, where the method locates them.
-    pub events: Vec<EventRecord>,
+    pub events: Option<Vec<EventRecord>>,
     /// It was stopped before its end.
     pub interrupted: bool,
 }
@@ -159,7 +159,7 @@ pub fn run_observed(
         stats,
         seconds,
         balance,
-        events: events.map_or_else(Vec::new, |log| log.borrow().records()),
+        events: events.map(|log| log.borrow().records()),
         interrupted: count <= options.samples,
     })
 }
