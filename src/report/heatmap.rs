@@ -22,7 +22,7 @@ const STEPS: usize = 48;
 /// Cells across and down at most: what is finer no eye could distinguish, and no viewer would like to draw.
 const PRINTED: (usize, usize) = (250, 140);
 
-/// Most cells of a map whose lines are narrow and mostly on the lowest colour.
+/// Cells of a map of narrow lines in an SVG file, across and down at most.
 const PRINTED_SPARSE: (usize, usize) = (480, 400);
 
 /// Levels shown below the largest at most, dB.
