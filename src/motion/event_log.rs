@@ -28,7 +28,7 @@ pub enum EventKind {
 }
 
 impl EventKind {
-    /// All kinds, in the order of a record.
+    /// All kinds, in their order.
     const ALL: [EventKind; 5] = [
         EventKind::ContactLoss,
         EventKind::Impact,
@@ -86,6 +86,15 @@ pub struct EventRecord {
 }
 
 impl EventRecord {
+    fn new(kind: EventKind) -> EventRecord {
+        EventRecord {
+            kind,
+            count: 0,
+            stride: 1,
+            events: Vec::new(),
+        }
+    }
+
     fn push(&mut self, t: f64, element: usize) {
         if self.count.is_multiple_of(self.stride) {
             if self.events.len() == MAX_EVENTS {
@@ -102,7 +111,8 @@ impl EventRecord {
 #[derive(Debug)]
 pub struct EventLog {
     states: Vec<ElementState>,
-    records: Vec<EventRecord>,
+    /// By kind.
+    records: [EventRecord; EventKind::ALL.len()],
 }
 
 impl EventLog {
@@ -110,7 +120,7 @@ impl EventLog {
     pub fn observe(model: &DynamicModel, observer: &mut Observer) -> Rc<RefCell<EventLog>> {
         let log = Rc::new(RefCell::new(EventLog {
             states: Vec::new(),
-            records: Vec::new(),
+            records: EventKind::ALL.map(EventRecord::new),
         }));
         if model.has_events() {
             let shared = Rc::clone(&log);
@@ -131,26 +141,14 @@ impl EventLog {
             let Some(kind) = EventKind::of(*before, *after) else {
                 continue;
             };
-            let at = match self.records.iter().position(|r| r.kind == kind) {
-                Some(at) => at,
-                None => {
-                    self.records.push(EventRecord {
-                        kind,
-                        count: 0,
-                        stride: 1,
-                        events: Vec::new(),
-                    });
-                    self.records.len() - 1
-                }
-            };
-            self.records[at].push(interval.from, element);
+            self.records[kind as usize].push(interval.from, element);
         }
         self.states.clone_from(&regime.states);
     }
 
     /// The records of the kinds that occurred.
     pub fn records(&self) -> Vec<EventRecord> {
-        let of = |kind: EventKind| self.records.iter().find(|r| r.kind == kind).cloned();
-        EventKind::ALL.into_iter().filter_map(of).collect()
+        let occurred = self.records.iter().filter(|r| r.count > 0);
+        occurred.cloned().collect()
     }
 }

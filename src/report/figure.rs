@@ -452,7 +452,7 @@ pub struct LevelMap {
     pub y: Vec<f64>,
     /// A level in dB for each row of each column; minus infinity where there is none.
     pub columns: Vec<Vec<f64>>,
-    /// Levels lie along lines, most cells have none: an SVG file keeps all cells, so that the lines have no stairs.
+    /// Levels follow lines, most cells have none: an SVG file keeps more cells, so that the lines have no stairs.
     pub sparse: bool,
 }
 

@@ -335,7 +335,7 @@ fn chip_summary<'a>(chips: impl Iterator<Item = &'a ChipResult>) -> Table<'stati
             format!("{:.3}", roll[1].to_degrees()),
             format!("{:.4}", 1e6 * chip.area),
             format!("{:.3}", 1e3 * chip.edge),
-            format!("{:.4}", 1e3 * chip.area / chip.edge),
+            format!("{:.4}", 1e3 * chip.thickness()),
             format!("{:.1}", 1e9 * result.chips.volume),
         ]);
     }
@@ -347,7 +347,7 @@ fn chips_json(result: &ChipResult) -> Value {
         json!({
             "area_mm2": 1e6 * place.chip.area,
             "edge_mm": 1e3 * place.chip.edge,
-            "thickness_mm": 1e3 * place.chip.area / place.chip.edge,
+            "thickness_mm": 1e3 * place.chip.thickness(),
             "cradle_deg": place.cradle.to_degrees(),
             "slot_deg": place.theta.to_degrees(),
         })

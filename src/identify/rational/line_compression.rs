@@ -100,13 +100,14 @@ impl<'a> Compressor<'a> {
         }
     }
 
-    /// Poles brought to their places on lines that serve them there. The steps are those of all rounds.
+    /// Poles brought to their places, and `lines` to those that serve them there. The steps are those of all rounds.
     pub fn refine(
         &mut self,
-        (mut fit, mut lines): (ModelFit, CompressedProblem<'a>),
+        mut fit: ModelFit,
+        lines: &mut CompressedProblem<'a>,
         numerators: usize,
         cancel: StopCriteria,
-    ) -> (ModelFit, CompressedProblem<'a>) {
+    ) -> ModelFit {
         let mut steps = 0;
         for round in 1.. {
             fit = refine(&[&*lines.problem], fit, numerators, cancel);
@@ -114,10 +115,10 @@ impl<'a> Compressor<'a> {
             if round == MAX_RECOMPRESSIONS || lines.is_valid_for(&fit.model.poles) {
                 break;
             }
-            lines = self.compress(&fit.model, &[]);
+            *lines = self.compress(&fit.model, &[]);
             fit = fit_at(&[&*lines.problem], &fit.model, numerators);
         }
-        (ModelFit { steps, ..fit }, lines)
+        ModelFit { steps, ..fit }
     }
 
     /// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by

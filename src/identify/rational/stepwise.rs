@@ -300,11 +300,8 @@ impl<'a> StepwiseSearch<'a> {
 
     /// Poles in their places, on lines that serve them there.
     fn converge(&mut self, fit: ModelFit) -> ModelFit {
-        let start = (fit, self.lines.clone());
-        let (fit, lines) = self
-            .condenser
-            .refine(start, self.numerators, STOP_BEFORE_SCAN);
-        self.lines = lines;
+        let lines = &mut self.lines;
+        let fit = (self.condenser).refine(fit, lines, self.numerators, STOP_BEFORE_SCAN);
         self.count_steps(fit.steps, fit.model.poles.len());
         fit
     }

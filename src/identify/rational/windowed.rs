@@ -263,9 +263,9 @@ fn refine_on_fewer(
     cancel: StopCriteria,
 ) -> (ModelFit, Option<WhitenedProblem>) {
     let mut compressor = Compressor::new(all);
-    let lines = compressor.compress(&model, &[]);
+    let mut lines = compressor.compress(&model, &[]);
     let fit = fit_at(&[&*lines.problem], &model, NUMERATORS);
-    let (fit, lines) = compressor.refine((fit, lines), NUMERATORS, cancel);
+    let fit = compressor.refine(fit, &mut lines, NUMERATORS, cancel);
     let fewer = (!lines.is_whole()).then(|| lines.problem.into_owned());
     (fit, fewer)
 }
