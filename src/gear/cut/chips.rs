@@ -103,7 +103,7 @@ pub enum NoChips {
     NotInBlank,
     /// The roll does not carry the blades out of the blank, or they meet it all round the cutter.
     NeverLeaves,
-    /// The feed is so slow that more than [`MAX_PASSES`] lie to one side of the middle.
+    /// The feed is so slow that more than a thousand passes lie to one side of the middle.
     TooManyPasses,
 }
 
