@@ -652,6 +652,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "Nowhere on the flanks is the ratio that of the tooth numbers: the contact where it is nearest is taken as reference of pattern and transmission error.",
     ),
     (
+        "overlap",
+        Warning,
+        "Beside the path of contact the flanks of a bevel pair touch before the contact that the path follows, as towards a corner where twist lets the ease-off fall below zero: unloaded transmission error and pattern are those of the path alone. The loaded contact (`--torque`) counts every place.",
+    ),
+    (
         "contact-ratio",
         Warning,
         "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted evenly.",

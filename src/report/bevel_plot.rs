@@ -145,7 +145,9 @@ pub fn te(title: &str, contact: &BevelContact) -> PlotColumn {
         _ => (0.0, 0.0),
     };
     // A pair far behind the leading one is out of the picture.
-    let depth = 2.0 * errors.iter().copied().fold(1e-9, f64::max);
+    let ends = |[low, high]: [f64; 2], te: &f64| [low.min(*te), high.max(*te)];
+    let [least, greatest] = errors.iter().fold([0.0; 2], ends);
+    let lowest = least - 0.5 * (greatest - least);
     let (mut each_angle, mut each) = (Vec::new(), Vec::new());
     for shift in -PAIRS..=PAIRS {
         for c in &path.contacts {
@@ -153,7 +155,7 @@ pub fn te(title: &str, contact: &BevelContact) -> PlotColumn {
             let shown = (from..=to).contains(&angle);
             each_angle.push(degrees(angle.clamp(from, to)));
             let te = ARCSEC * pair.te(c, &path.reference);
-            each.push(if shown && te > -depth { te } else { f64::NAN });
+            each.push(if shown && te >= lowest { te } else { f64::NAN });
         }
         each_angle.push(degrees(to));
         each.push(f64::NAN);

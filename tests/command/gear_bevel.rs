@@ -724,6 +724,38 @@ convex = { cutter = { point_radius = "113.2 mm" } }
     assert!(message.contains("`spiral_angle` and settings"), "{message}");
 }
 
+/// The shipped hypoid: each flank has its stated angles at the mean point, the flanks of both sides touch there, and the loaded contact at
+/// rest agrees with the path of contact on the drive side, where no edge touches.
+#[test]
+fn law_hypoid_of_the_file() {
+    const HYPOID: &str = "models/gears/hypoid_13_42.toml";
+    for side in ["drive", "coast"] {
+        let found = document(&["gear", HYPOID, "--side", side, "--torque", "50", "--json"]);
+        for (member, flank_name, pressure, spiral) in [
+            (0, "concave", 17.7465, 50.0),
+            (0, "convex", 22.2535, 50.0),
+            (1, "concave", 22.2535, 38.6104),
+            (1, "convex", 17.7465, 38.6104),
+        ] {
+            let of = &flank(&found, member, flank_name)["structure"];
+            let off = |key: &str, value: f64| (number(&of[key]).abs() - value).abs();
+            assert!(off("pressure_angle_deg", pressure) < 1e-9, "{of}");
+            assert!(off("spiral_angle_deg", spiral) < 1e-9, "{of}");
+        }
+        let codes = found["warnings"].to_string();
+        assert!(
+            !codes.contains("no-reference") && !codes.contains("rigid-teeth"),
+            "{codes}"
+        );
+        if side == "drive" {
+            assert!(!codes.contains("overlap"), "{codes}");
+            let path = number(&found["contact"]["peak_to_peak_arcsec"]);
+            let ridges = number(&found["mesh"]["unloaded_peak_to_peak_arcsec"]);
+            assert!((ridges / path - 1.0).abs() < 0.03, "{ridges} {path}");
+        }
+    }
+}
+
 /// A generating cutter cuts like a crown gear, which no hollow gear of a pitch angle above 90° takes in: both its flanks are cut away, the
 /// warning says so, and no contact is computed.
 #[test]

@@ -32,6 +32,7 @@ const KINDS: &[&str] = &[
     "gear reverse data/unknown_gear.toml",
     "gear models/gears/bevel_12_36.toml --vh",
     "gear models/gears/straight_20_40.toml",
+    "gear models/gears/hypoid_13_42.toml",
     "gear cut models/gears/bevel_12_36.toml",
     "run examples/y2250_te.toml",
 ];

@@ -399,14 +399,15 @@ fn exact_structure_elements() {
         let middle = flank.middle().unwrap();
         for place in [[0.5, 0.5], [0.8, 0.7]] {
             let point = flank.point(place, middle).unwrap();
-            let elements = StructureElements::of(&point).unwrap();
+            let elements = StructureElements::of(&point, 0.0).unwrap();
             let (distance, delta) = (elements.cone_distance, elements.cone_angle);
             let at = |distance: f64, delta: f64| {
                 let circle = [distance * delta.cos(), distance * delta.sin()];
                 let at = flank.envelope.on_circle(circle, point.at).unwrap();
                 flank.envelope.point(at).unwrap()
             };
-            let along = |step: f64| StructureElements::of(&at(distance + step, delta)).unwrap();
+            let along =
+                |step: f64| StructureElements::of(&at(distance + step, delta), 0.0).unwrap();
             let h = 1e-3 * distance;
             let d_alpha = difference(h, |step| along(step).pressure_angle);
             let d_beta = difference(h, |step| along(step).spiral_angle);

@@ -384,3 +384,38 @@ fn law_ease_off_of_a_formate_gear() {
     assert!(largest > 50e-6);
     within("gap, of the largest", worst / largest, 1e-3);
 }
+
+/// A hypoid pair of rough settings touches along its path alone; with less lengthwise crowning its twist lets a corner of the pinion touch
+/// first. There the gap to the conjugate pinion is below zero by the overlap, less the lag of the path at that position.
+#[test]
+fn law_overlap_where_the_ease_off_falls() {
+    let text = std::fs::read_to_string("models/gears/hypoid_13_42.toml").unwrap();
+    let contact = |text: &str| {
+        let source = load::source_from_text("hypoid.toml".into(), text);
+        let file = bevel_file::read(&source, &Flags::default()).unwrap();
+        bevel::run(&file).unwrap().contact.unwrap()
+    };
+    let sound = contact(&text);
+    assert_eq!(sound.pair.overlap(&sound.path), None);
+    let (nasa, path) = {
+        let pair = pair([0.0, 0.02, 0.0, 0.0]);
+        let path = pair.path(pair.first_contact().unwrap(), PITCHES, 60);
+        (pair, path)
+    };
+    assert_eq!(nasa.overlap(&path), None);
+    let crowned = "point_radius = \"67 mm\"";
+    assert!(text.contains(crowned));
+    let twisted = contact(&text.replace(crowned, "point_radius = \"66 mm\""));
+    let found = twisted.pair.overlap(&twisted.path).unwrap();
+    let (rows, columns) = (41, 81);
+    let ease_off = twisted
+        .pair
+        .ease_off(&twisted.path.reference, rows, columns);
+    let node = |share: f64, count: usize| (share * (count - 1) as f64).round() as usize;
+    let [face, height] = found.shares;
+    let gap = ease_off.gaps[node(height, rows) * columns + node(face, columns)].unwrap();
+    let lag = found.depth / found.te * twisted.peak_to_peak.unwrap();
+    println!("{found:?}, gap {gap:.3e} m, lag {lag:.3e} m");
+    assert!(found.depth > 5e-6 && face > 0.8 && height < 0.2);
+    assert!((found.depth - 1.2 * lag..found.depth).contains(&-gap));
+}

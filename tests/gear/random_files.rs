@@ -21,7 +21,7 @@ const SPACE: [&str; 5] = [
 ];
 
 /// The shipped files of bevel gears.
-const BEVEL: [&str; 2] = ["straight_20_40", "bevel_12_36"];
+const BEVEL: [&str; 3] = ["straight_20_40", "bevel_12_36", "hypoid_13_42"];
 
 /// The text with some of its numbers scaled or drawn anew.
 fn mutated(text: &str) -> String {

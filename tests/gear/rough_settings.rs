@@ -3,10 +3,14 @@
 use geardyn::internals::gear::bevel::blank::Blank;
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
+use geardyn::internals::gear::bevel::iso23509::{BlankDesign, PitchCones};
 use geardyn::internals::gear::bevel::rough_settings::rough_settings;
 use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
+use geardyn::internals::gear::kernel::vector::Vector;
+
+use crate::verification::within;
 
 /// Shaft angles from 40° to 130°, ratios 1 to 5, pitch angles from 9° to 86°, spiral angles from 0° (Zerol) to 45°, both blades and hands: at
 /// the mean point the spiral angle is the stated one with the hand's sign and the pressure angle that of the blade.
@@ -23,7 +27,9 @@ fn law_rough_settings_give_the_spiral_angle() {
                         continue;
                     }
                     let angles = [pitch, pitch + 0.03, pitch - 0.035];
-                    let blank = Blank::of_one_apex(angles, 80.0, 22.0);
+                    // A pitch apex apart from the crossing point, as of hypoids: all cones lie so much nearer to it.
+                    let mut blank = Blank::of_one_apex(angles, 80.0, 22.0);
+                    (blank.pitch_apex, blank.face_apex, blank.root_apex) = (4.0, 4.2, 3.9);
                     for blade in [Blade::Inside, Blade::Outside] {
                         let cutter = Cutter {
                             blade,
@@ -37,7 +43,7 @@ fn law_rough_settings_give_the_spiral_angle() {
                         let near = flank.middle();
                         let near = near.unwrap_or_else(|| panic!("{shaft_angle} {ratio} {beta}"));
                         let mean = flank.tooth_point(blank.mean_point(), near).unwrap();
-                        let e = StructureElements::of(&mean.point).unwrap();
+                        let e = StructureElements::of(&mean.point, blank.pitch_apex).unwrap();
                         let spiral = hand.sign() * e.spiral_angle.to_degrees();
                         let pressure = e.pressure_angle.to_degrees();
                         worst = worst.max((spiral - beta).abs());
@@ -106,4 +112,109 @@ fn law_rough_pairs_touch_at_their_mean_points() {
             );
         }
     }
+}
+
+/// Random hypoid pairs by method 1, shaft angles from 70° to 110°, offsets of both signs to 0.2 of the wheel's diameter: with the generated
+/// pressure angles as blade angles the mating flanks, drive and coast, have one normal where the circles of both mean points meet, and roll
+/// there at the ratio of the tooth numbers without parting.
+#[test]
+fn law_rough_hypoids_touch_at_their_mean_points() {
+    let rng = &mut fastrand::Rng::with_seed(13);
+    let mut between = |low: f64, high: f64| low + (high - low) * rng.f64();
+    let (mut count, mut worst) = (0, [0f64; 3]);
+    for k in 0..60 {
+        let pinion_teeth = between(9.0, 16.0).round();
+        let offset = (2.0 * f64::from(k % 2) - 1.0) * between(4.0, 34.0);
+        let design = BlankDesign {
+            method: PitchCones::Hypoid {
+                offset,
+                pinion_spiral_angle: between(38.0, 50.0).to_radians(),
+            },
+            teeth: [pinion_teeth, pinion_teeth * between(2.0, 4.5)].map(|z| z as u32),
+            shaft_angle: between(70.0, 110.0).to_radians(),
+            outer_pitch_diameter: 170.0,
+            face_width: 26.0,
+            cutter_radius: between(63.0, 95.0),
+            pressure_angles: [20f64.to_radians(); 2],
+            limit_influence: between(0.0, 1.0),
+            addendum_factor: 0.35,
+            depth_factor: 2.0,
+            clearance_factor: 0.125,
+            thickness_factor: 0.1,
+            backlash: 0.1,
+            depth_angles: [1f64.to_radians(), 3.5f64.to_radians()],
+        };
+        let Some(blanks) = design.blanks() else {
+            continue;
+        };
+        let assembly = Assembly {
+            shaft_angle: design.shaft_angle,
+            offset,
+            ..Assembly::default()
+        };
+        for (flanks, angle) in [
+            ([Blade::Outside, Blade::Inside], blanks.pressure_angles[0]),
+            ([Blade::Inside, Blade::Outside], blanks.pressure_angles[1]),
+        ] {
+            let hands = [Hand::Right, Hand::Left];
+            let flanks = [0, 1].map(|member| {
+                let blank = &blanks.blanks[member];
+                let cutter = Cutter {
+                    blade: flanks[member],
+                    point_radius: design.cutter_radius,
+                    blade_angle: angle,
+                    edge_radius: 0.0,
+                };
+                let settings = rough_settings(blank, &cutter, blanks.spiral_angles[member]);
+                BevelFlank::new(&cutter, &settings, hands[member], blank.section().unwrap())
+            });
+            let means = [0, 1].map(|member| {
+                let near = flanks[member].middle()?;
+                flanks[member].tooth_point(blanks.blanks[member].mean_point(), near)
+            });
+            let [Some(pinion), Some(gear)] = means else {
+                continue;
+            };
+            let pair = FlankPair::new(flanks, design.teeth, hands[0], &assembly);
+            // The circle of the pinion's mean point passes the plane of the gear's twice: once on the circle of the gear's.
+            let ([z_1, r_1], [z_2, r_2]) =
+                (blanks.blanks[0].mean_point(), blanks.blanks[1].mean_point());
+            let (sin, cos) = design.shaft_angle.sin_cos();
+            let x = (z_2 - z_1 * cos) / sin;
+            let y = (r_1 * r_1 - x * x).sqrt();
+            let radius = |y: f64| f64::hypot(y + offset, x * cos - z_1 * sin) - r_2;
+            let y = if radius(y).abs() < radius(-y).abs() {
+                y
+            } else {
+                -y
+            };
+            worst[0] = worst[0].max(radius(y).abs());
+            let place = Vector::new(x, y, z_1);
+            let at = [pinion.point, gear.point];
+            let angles = [0, 1].map(|member| {
+                let pose = pair.pose(member, 0.0);
+                let [e_x, e_y, _] = pose.rotation;
+                let off = place - pose.translation;
+                let own = at[member].point.coordinates;
+                off.dot(e_y).atan2(off.dot(e_x)) - own.y.atan2(own.x)
+            });
+            let normals = [0, 1].map(|member| {
+                let [e_x, e_y, e_z] = pair.pose(member, angles[member]).rotation;
+                let n = at[member].normal.components;
+                e_x * n.x + e_y * n.y + e_z * n.z
+            });
+            let velocities = [0, 1].map(|member| {
+                let axis = pair.turn(member).w;
+                axis.cross(place - pair.centre(member))
+            });
+            let sliding = velocities[0] - velocities[1] * pair.ratio();
+            worst[1] = worst[1].max((normals[0] + normals[1]).norm());
+            worst[2] = worst[2].max(sliding.dot(normals[0]).abs() / velocities[0].norm());
+            count += 1;
+        }
+    }
+    assert!(count > 100, "{count}");
+    within("circles of the mean points apart, mm", worst[0], 1e-7);
+    within("normals apart, rad", worst[1], 1e-8);
+    within("parting speed, relative", worst[2], 1e-8);
 }

@@ -204,7 +204,7 @@ fn exact_straight_pairs_are_conjugate() {
         let mean = pinion
             .tooth_point(blank.mean_point(), pinion.middle().unwrap())
             .unwrap();
-        let elements = StructureElements::of(&mean.point).unwrap();
+        let elements = StructureElements::of(&mean.point, 0.0).unwrap();
         worst[1] = worst[1].max((elements.pressure_angle.to_degrees() - ALPHA).abs());
         worst[1] = worst[1].max(elements.spiral_angle.abs());
     }
@@ -224,7 +224,7 @@ fn law_skew_teeth() {
         for side in [Blade::Inside, Blade::Outside] {
             let flank = data.flank(side, hand, blank.section().unwrap());
             let mean = flank.tooth_point(blank.mean_point(), flank.middle().unwrap());
-            let elements = StructureElements::of(&mean.unwrap().point).unwrap();
+            let elements = StructureElements::of(&mean.unwrap().point, 0.0).unwrap();
             assert!(
                 (elements.spiral_angle - sign * 0.3).abs() < 1e-12,
                 "{elements:?}"

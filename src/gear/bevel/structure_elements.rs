@@ -9,7 +9,7 @@ use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::second_order::Curvature;
 use crate::gear::kernel::vector::Vector;
 
-/// Structure elements of a flank at a point, seen from the design apex.
+/// Structure elements of a flank at a point, seen from the pitch apex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StructureElements {
     /// Distance L from the apex, m.
@@ -33,9 +33,11 @@ pub struct StructureElements {
 }
 
 impl StructureElements {
-    /// The structure elements at a point of a flank; none at an undercut limit, on the axis, and where a flank touches its cone.
-    pub fn of(point: &FlankPoint<WorkFrame>) -> Option<StructureElements> {
-        let (r, n) = (point.point.coordinates, point.normal.components);
+    /// The structure elements at a point of a flank, the pitch apex so far beyond the crossing point, m; none at an undercut limit, on the
+    /// axis, and where a flank touches its cone.
+    pub fn of(point: &FlankPoint<WorkFrame>, pitch_apex: f64) -> Option<StructureElements> {
+        let r = point.point.coordinates + pitch_apex * Vector::Z;
+        let n = point.normal.components;
         let flank = point.second_order.envelope()?;
         let (rho, distance) = (f64::hypot(r.x, r.y), r.norm());
         let e3 = r.unit()?;

@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 
+use super::blank::Blank;
 use super::flank::{BevelFlank, ToothPoint};
 use super::frames::WorkFrame;
 use super::structure_elements::StructureElements;
@@ -52,14 +53,15 @@ pub struct TopLand {
 }
 
 impl BevelTooth {
-    /// The tooth of two flanks through a mean point `[z, radius]`; `thickness`, the mean normal one in m, turns the flanks against each
+    /// The tooth of two flanks through the mean point of a blank; `thickness`, the mean normal one in m, turns the flanks against each
     /// other. None where a flank does not pass the mean point or both face the same way.
     pub fn new(
         flanks: [BevelFlank; 2],
         teeth: u32,
-        mean_point: [f64; 2],
+        blank: &Blank,
         thickness: Option<f64>,
     ) -> Option<BevelTooth> {
+        let mean_point = blank.mean_point();
         let middles = [flanks[0].middle()?, flanks[1].middle()?];
         let points = [0, 1].map(|k| {
             let point = flanks[k].tooth_point(mean_point, middles[k])?.point;
@@ -77,7 +79,7 @@ impl BevelTooth {
         let azimuths = [a.0, b.0];
         let cut = azimuths[1 - lower] - azimuths[lower];
         let pitch = TAU / f64::from(teeth);
-        let spiral_angle = StructureElements::of(&a.2)?.spiral_angle;
+        let spiral_angle = StructureElements::of(&a.2, blank.pitch_apex)?.spiral_angle;
         let mean_space = match thickness {
             Some(thickness) => pitch - thickness / (mean_point[1] * spiral_angle.cos()),
             None => cut.rem_euclid(pitch),

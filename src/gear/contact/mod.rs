@@ -13,3 +13,5 @@ pub mod ease_off;
 pub mod reference;
 
 pub mod ridge;
+
+pub mod overlap;

@@ -3,7 +3,7 @@
 //! At a place `[z, radius]` of the section both flanks have the azimuth between them and their normals; the middle plane is normal to the
 //! difference m of these. The thickness is the arc times m's part along it, the depth below the loaded flank half of it over n·m. A force
 //! acts where its line crosses the middle plane. Flanks go down to the root cone as the straight blades would cut them: the root line
-//! stands for the fillet.
+//! stands for the fillet. Below the end of a flank (undercut limit) the tooth is as thick as at the end.
 
 use super::contact_line::ToothLoad;
 use super::flank_mesh::ToothBending;
@@ -48,7 +48,7 @@ struct ToothPlace {
 }
 
 impl BevelTeeth {
-    /// Teeth whose flanks `loaded` (of pinion and gear: 0 concave, 1 convex) carry; none where a flank does not reach its root.
+    /// Teeth whose flanks `loaded` (of pinion and gear: 0 concave, 1 convex) carry; none where a flank does not exist over the whole face.
     ///
     /// # Errors
     /// As `ToothPlate::new`.
@@ -99,17 +99,17 @@ impl PlateMember {
     ) -> Result<Option<PlateMember>, Error> {
         let section = tooth.flanks[0].section;
         let share = |i: usize| i as f64 / (NODES - 1) as f64;
-        let places: Option<Vec<ToothPlace>> = (0..NODES * NODES)
-            .map(|i| {
-                tooth_place(
-                    tooth,
-                    loaded,
-                    &section,
-                    [share(i / NODES), share(i % NODES)],
-                )
-            })
-            .collect();
-        let Some(mut table) = places else {
+        let column = |face: usize| -> Option<[ToothPlace; NODES]> {
+            let at =
+                |height: usize| tooth_place(tooth, loaded, &section, [share(face), share(height)]);
+            let places: [Option<ToothPlace>; NODES] = std::array::from_fn(at);
+            let lowest = places.iter().position(Option::is_some)?;
+            let filled: Option<Vec<ToothPlace>> =
+                (0..NODES).map(|j| places[j.max(lowest)]).collect();
+            filled?.try_into().ok()
+        };
+        let columns: Option<Vec<[ToothPlace; NODES]>> = (0..NODES).map(column).collect();
+        let Some(mut table) = columns.map(|columns| columns.concat()) else {
             return Ok(None);
         };
         let thickest = table.iter().map(|p| p.thickness).fold(0.0, f64::max);

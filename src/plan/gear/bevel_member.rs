@@ -66,7 +66,7 @@ pub(super) fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> 
         };
         Ok(Some(FlankResult {
             limits: FlankLimits::of(&flank, &grid, is_cut),
-            elements: mean.as_ref().and_then(StructureElements::of),
+            elements: (mean.as_ref()).and_then(|p| StructureElements::of(p, of.blank.pitch_apex)),
             curvatures: curvatures.map(|w| w.principal().map(|(k, _)| k)),
             grid,
             flank,
@@ -88,7 +88,7 @@ pub fn tooth(file: &BevelFile, k: usize) -> Option<BevelTooth> {
         return None;
     }
     let flanks = [file.flank(k, 0)?, file.flank(k, 1)?];
-    BevelTooth::new(flanks, of.teeth, of.blank.mean_point(), of.thickness)
+    BevelTooth::new(flanks, of.teeth, &of.blank, of.thickness)
 }
 
 /// The error of a tool that misses the tooth.

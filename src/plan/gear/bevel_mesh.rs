@@ -179,7 +179,7 @@ fn left_out(has_teeth: bool) -> Vec<&'static str> {
     teeth.into_iter().chain(always).collect()
 }
 
-/// The teeth that bend; none where a flank is not described or does not reach its root.
+/// The teeth that bend; none where a flank is not described or does not exist over the whole face.
 ///
 /// # Errors
 /// As `BevelTeeth::new`.
@@ -200,7 +200,7 @@ fn rigid_teeth(file: &BevelFile) -> Diagnostic {
     let lacks = (0..2).find_map(|k| Some((k, file.members[k].lacks_tooth()?)));
     let why = match lacks {
         Some((k, reason)) => format!("of the {}: {reason}", MEMBERS[k]),
-        None => "a flank does not reach its root".into(),
+        None => "a flank does not exist over the whole face".into(),
     };
     Diagnostic {
         code: "rigid-teeth",

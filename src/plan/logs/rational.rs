@@ -87,17 +87,17 @@ const MIN_HITS: usize = 3;
 fn few_hits(hits: usize) -> Option<Diagnostic> {
     let message = match hits {
         1 => {
-            "1 hit used: how far hits place a mode apart is not known, and no interval includes it"
+            "one hit, step or release used: how far repeats place a mode apart is not known, and no interval includes it"
         }
         2 => {
-            "2 hits used: their scatter rests on one difference, and where they differ intervals are 12.7 standard errors (Student's t with one degree of freedom)"
+            "two hits, steps or releases used: their scatter rests on one difference, and where they differ intervals are 12.7 standard errors (Student's t with one degree of freedom)"
         }
         _ => return None,
     };
     Some(Diagnostic {
         code: "few-hits",
         message: message.to_string(),
-        hint: Some(format!("use {MIN_HITS} hits or more")),
+        hint: Some(format!("use {MIN_HITS} or more")),
     })
 }
 

@@ -1,0 +1,58 @@
+//! Overlap of teeth away from the path of contact: places that touch before the contact that the path follows.
+//!
+//! The path is that of one contact. Where the ease-off falls again towards a corner, as by twist, the flanks meet there first; the ridges
+//! of least gap show it.
+
+use super::contact_path::ContactPath;
+use super::pair::FlankPair;
+use super::ridge::RidgeStations;
+
+/// Stations along the face.
+const STATIONS: usize = 17;
+/// Positions of a pitch.
+const POSITIONS: usize = 12;
+/// Pairs before and after the one of the path.
+const PAIRS: i32 = 2;
+/// Metal in common below this, m, is rounding of the ridges.
+const ROUNDING: f64 = 5e-8;
+
+/// The place at which teeth overlap most while the path of contact touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// Shares of face and height of the pinion.
+    pub shares: [f64; 2],
+    /// Metal in common along the normal, m.
+    pub depth: f64,
+    /// Transmission error there beyond that of the path, rad.
+    pub te: f64,
+}
+
+impl FlankPair {
+    /// The deepest overlap over a pitch; none where every place stays behind the path.
+    pub fn overlap(&self, path: &ContactPath) -> Option<Overlap> {
+        let faces: Vec<f64> = (0..STATIONS)
+            .map(|i| i as f64 / (STATIONS - 1) as f64)
+            .collect();
+        let stations = RidgeStations::new(self, &path.reference, &faces);
+        let step = self.pitch() / POSITIONS as f64;
+        let overlaps = (0..POSITIONS).flat_map(|i| {
+            let angle = path.reference.pinion_angle + step * i as f64;
+            let leading = self.leading(path, angle);
+            let pairs = leading
+                .into_iter()
+                .flat_map(|leading| (-PAIRS..=PAIRS).map(move |pair| (leading.te, pair)));
+            let ridges = pairs.flat_map(|(te, pair)| {
+                let turned = angle + f64::from(pair) * self.pitch();
+                let ridge = stations.ridge(self, turned);
+                ridge.into_iter().map(move |place| Overlap {
+                    shares: [place.face, place.height],
+                    depth: place.arm * (place.te - te),
+                    te: place.te - te,
+                })
+            });
+            ridges.collect::<Vec<_>>()
+        });
+        let deepest = overlaps.max_by(|a, b| a.depth.total_cmp(&b.depth))?;
+        (deepest.depth > ROUNDING).then_some(deepest)
+    }
+}
