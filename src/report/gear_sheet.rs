@@ -75,7 +75,9 @@ fn key(name: &str, unit: &str) -> String {
         "" => words,
         _ => format!(
             "{words}_{}",
-            unit.replace('/', "_per_").replace("1_per", "per")
+            unit.replace('/', "_per_")
+                .replace("1_per", "per")
+                .replace('µ', "u")
         ),
     }
 }

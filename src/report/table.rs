@@ -99,7 +99,7 @@ impl<'a> Table<'a> {
         self
     }
 
-    /// One more column with its values.
+    /// One more column with its values; NaN is a blank cell.
     pub fn numbers(
         mut self,
         name: &str,
@@ -205,7 +205,8 @@ impl Column<'_> {
         match &self.cells {
             Cells::Text(texts) => Cow::Borrowed(texts.get(k).map_or("", String::as_str)),
             Cells::Numbers(values, text) => {
-                Cow::Owned(values.get(k).map_or(String::new(), |x| text(*x)))
+                let value = values.get(k).filter(|x| !x.is_nan());
+                Cow::Owned(value.map_or(String::new(), |x| text(*x)))
             }
         }
     }
@@ -264,8 +265,9 @@ mod tests {
         let values = [1.0, 1e-7];
         let table = Table::default()
             .numbers("time", "s", &values[..], decimal)
-            .numbers("x_m", "", vec![2.0], exact);
-        assert_eq!(table.csv(), "time [s],x_m\n1,2.0\n0.0000001,\n");
+            .numbers("x_m", "", vec![2.0], exact)
+            .numbers("y", "", vec![f64::NAN, 3.0], decimal);
+        assert_eq!(table.csv(), "time [s],x_m,y\n1,2.0,\n0.0000001,,3\n");
         assert_eq!(Table::texts("|").text(), "");
     }
 }

@@ -49,8 +49,15 @@ pub struct FlankCut {
 pub enum FlankTable {
     /// By settings.
     Settings(FlankCut),
-    /// By the cutter and the spiral angle, rad; the settings follow from the blank.
-    SpiralAngle(Cutter, f64),
+    /// By the cutter and the spiral angle, rad; the settings follow from the blank, without a roll for formate work.
+    SpiralAngle {
+        /// The cutter.
+        cutter: Cutter,
+        /// The spiral angle, rad.
+        spiral_angle: f64,
+        /// Whether the work rolls.
+        generated: bool,
+    },
 }
 
 impl FlankTable {
@@ -58,11 +65,19 @@ impl FlankTable {
     pub fn on(&self, blank: &Blank) -> FlankCut {
         match *self {
             FlankTable::Settings(cut) => cut,
-            FlankTable::SpiralAngle(cutter, spiral_angle) => FlankCut {
+            FlankTable::SpiralAngle {
                 cutter,
-                settings: rough_settings(blank, &cutter, spiral_angle),
-                eccentric: None,
-            },
+                spiral_angle,
+                generated,
+            } => {
+                let mut settings = rough_settings(blank, &cutter, spiral_angle);
+                settings.roll = settings.roll.filter(|_| generated);
+                FlankCut {
+                    cutter,
+                    settings,
+                    eccentric: None,
+                }
+            }
         }
     }
 }
@@ -233,17 +248,21 @@ impl SettingsTable {
             edge_radius: self.edge_radius.unwrap_or(0.0),
         };
         if let Some(spiral_angle) = self.spiral_angle {
-            if process != Process::Generated || self.states_settings() {
+            if self.states_settings() {
                 let span = f.span.clone();
                 let message = format!(
                     "the {side} flank of {} has `spiral_angle` and settings",
                     f.title
                 );
-                let hint = "`spiral_angle` gives rough settings of a generated flank: leave the settings out, or `spiral_angle`";
+                let hint = "`spiral_angle` gives rough settings: leave the settings out, or `spiral_angle`";
                 f.report(Code::Conflict, message, &span, hint);
                 return None;
             }
-            return complete.then_some(FlankTable::SpiralAngle(cutter, spiral_angle));
+            return complete.then_some(FlankTable::SpiralAngle {
+                cutter,
+                spiral_angle,
+                generated: process == Process::Generated,
+            });
         }
         let eccentric = self.eccentric_angle.map(|angle| Eccentric {
             angle,

@@ -30,7 +30,7 @@ fn ref_tool_of_a_ground_worm() {
     let worst = angles.iter().map(|a| (a - 20.0).abs()).fold(0.0, f64::max);
     within("profile angle of the cone, deg", worst, 1e-9);
     let sections = &found["flank_sections"];
-    let off = numbers(&sections["off_the_involute_helicoid_µm"]);
+    let off = numbers(&sections["off_the_involute_helicoid_um"]);
     let radii = numbers(&sections["radius_mm"]);
     assert_eq!((radii[0], radii[40]), (15.2, 24.0));
     within("at the root, µm", (off[0] + 8.353391278120577).abs(), 1e-6);
@@ -68,7 +68,7 @@ fn ref_crossed_pair_of_the_file() {
 fn law_hob_of_the_file() {
     let found = document(&["gear", HOB, "--json"]);
     let profile = &found["hobbed_profile"];
-    let [radii, off] = ["hob_radius_mm", "off_the_involute_µm"].map(|key| numbers(&profile[key]));
+    let [radii, off] = ["hob_radius_mm", "off_the_involute_um"].map(|key| numbers(&profile[key]));
     assert!((radii[0] - 36.0).abs() < 1e-9 && (radii[40] - 44.0).abs() < 1e-9);
     within(
         "at the tip, µm",
@@ -82,7 +82,7 @@ fn law_hob_of_the_file() {
     );
     let (_kept, path) = changed(HOB, "type = \"ZA\"", "type = \"ZI\"");
     let exact = document(&["gear", &path, "--json"]);
-    let off = numbers(&exact["hobbed_profile"]["off_the_involute_µm"]);
+    let off = numbers(&exact["hobbed_profile"]["off_the_involute_um"]);
     let worst = off.iter().map(|x| x.abs()).fold(0.0, f64::max);
     within("involute hob, µm", worst, 1e-8);
     let height = number(&exact["geometry"]["height_of_feed_marks_at_the_pitch_point_mm"]);

@@ -8,6 +8,7 @@ use super::pair::FlankPair;
 use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::vector::Vector;
+use crate::numeric::statistics::peak_to_peak;
 
 /// Pitches each way over which a pair is followed by default.
 pub const PITCHES: f64 = 1.5;
@@ -15,11 +16,13 @@ pub const PITCHES: f64 = 1.5;
 const ON_EDGE: f64 = 1e-9;
 /// Golden-section steps of an extremum: its value is exact to the square of the last interval.
 const GOLDEN_STEPS: usize = 40;
+/// Beyond the end of a path by this share of a pitch the pair has parted.
+const PARTED: f64 = 1e-9;
 
 /// The contacts of one pair of teeth from where it meets to where it parts, over so many pitches each way at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPath {
-    /// Contacts by rising pinion angle, on flanks and on edges.
+    /// Contacts by rising pinion angle, on flanks and on edges: at equal steps, and where the kind of contact changes and the path ends.
     pub contacts: Vec<ContactPoint>,
     /// The contact whose ratio is that of the tooth numbers; the first one found where there is none.
     pub reference: ContactPoint,
@@ -87,19 +90,32 @@ impl FlankPair {
 
     /// Peak-to-peak of the transmission error over a pitch, rad, its extremes sought between `positions` places; none where at some
     /// place no pair touches.
+    ///
+    /// Where a pair parts while it leads, the error jumps: both sides of its ends count.
     pub fn peak_to_peak(&self, path: &ContactPath, positions: usize) -> Option<f64> {
         let step = self.pitch() / positions as f64;
         let place = |i: usize| path.reference.pinion_angle + step * i as f64;
         let te = |angle: f64| Some(self.leading(path, angle)?.te);
         let values: Option<Vec<f64>> = (0..positions).map(|i| te(place(i))).collect();
-        let values = values?;
-        let extreme = |sign: f64| {
+        let mut values = values?;
+        for sign in [1.0, -1.0] {
             let by_size =
                 |a: &usize, b: &usize| (sign * values[*a]).total_cmp(&(sign * values[*b]));
             let at = place((0..positions).max_by(by_size)?);
-            highest([at - step, at + step], |x| Some(sign * te(x)?)).map(|te| sign * te)
-        };
-        Some(extreme(1.0)? - extreme(-1.0)?)
+            let found = highest([at - step, at + step], |x| Some(sign * te(x)?));
+            values.extend(found.map(|te| sign * te));
+        }
+        let parted = PARTED * self.pitch();
+        for (end, outwards, stopped) in [
+            (path.contacts.first()?, -parted, path.stopped[0]),
+            (path.contacts.last()?, parted, path.stopped[1]),
+        ] {
+            if stopped.is_some() {
+                values.extend(te(end.pinion_angle));
+                values.push(te(end.pinion_angle + outwards)?);
+            }
+        }
+        Some(peak_to_peak(&values))
     }
 
     /// Contacts at equal steps from `first`, which is left out, and the angle at which none was found on the teeth.
@@ -119,12 +135,29 @@ impl FlankPair {
                 _ => linear(&last, angle - last.pinion_angle),
             };
             let Some(next) = self.next(angle, start, last.edge) else {
+                found.extend(self.last_of_kind(&last, angle));
                 return (found, Some(angle));
             };
+            if next.edge != last.edge {
+                found.extend(self.last_of_kind(&last, angle));
+            }
             found.push(next);
             (before, last) = (Some(last), next);
         }
         (found, None)
+    }
+
+    /// The last contact of the kind of one on the way to an angle at which that kind is off the teeth.
+    fn last_of_kind(&self, last: &ContactPoint, angle: f64) -> Option<ContactPoint> {
+        let at = |x: f64| self.contact_of(x, linear(last, x - last.pinion_angle), last.edge);
+        let others = || edges().filter(|e| Some(*e) != last.edge);
+        let beyond = |c: &ContactPoint| {
+            let each = others().map(|e| self.beyond(e, c.point));
+            each.fold(f64::MIN, f64::max)
+        };
+        at(sign_change([last.pinion_angle, angle], |x| {
+            Some(beyond(&at(x)?))
+        })?)
     }
 
     /// The contact at an angle on the teeth: of the same kind as the one before it, else on an edge that it has passed.

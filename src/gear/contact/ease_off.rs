@@ -18,6 +18,9 @@ use crate::gear::kernel::vector::Vector;
 /// Terms of the polynomial that decomposes an ease-off.
 const TERMS: usize = 6;
 
+/// A point this far below the end of the blade, m, is on it.
+const ON_BLADE: f64 = 1e-9;
+
 /// The flank of a gear cut by straight blades.
 pub type GearFlank = Envelope<Tool<Line, CutterFrame>, WorkFrame>;
 
@@ -28,7 +31,7 @@ pub struct EaseOff {
     pub rows: usize,
     /// Columns along the face.
     pub columns: usize,
-    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist.
+    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist or the edge of the cutter makes the tooth.
     pub gaps: Vec<Option<f64>>,
 }
 
@@ -118,8 +121,10 @@ impl FlankPair {
         let inward = Direction::new(normal.components);
         let pinion = &self.flanks[0].envelope;
         let near = pinion.on_circle(place, of_pinion)?;
-        let (_, distance) = pinion.on_ray(point, inward, near)?;
-        Some(distance)
+        let (found, distance) = pinion.on_ray(point, inward, near)?;
+        // Below the end of the blade the edge of the cutter makes the tooth.
+        let [end, _] = pinion.surface.curve.range;
+        (found[0] >= end - ON_BLADE).then_some(distance)
     }
 }
 
