@@ -1,12 +1,12 @@
 //! `[[gear_pair]]`, `[[worm_pair]]` and `[[belt]]`.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
 use super::bevel_mesh::BevelMesh;
 use super::friction;
 use super::gear_mesh::GearMesh;
-use super::laws::{ToothFriction, Waveform};
+use super::laws::{Hand, ToothFriction, Waveform};
 use super::model::{Belt, ContactParameters, GearPair, MeshFlanks, WormPair};
 use super::named_gear_file;
 use super::pair_mesh::PairMesh;
@@ -205,20 +205,35 @@ pub fn worm_pair(f: &mut TableReader) -> WormPair {
     const LEAD: ValueRange = ValueRange::Open(0.0, FRAC_PI_2, "above 0° and below 90°");
     let name = shared_keys::name(f);
     let between = shared_keys::read_body_pair(f);
+    let gear = named_gear_file::read_worm(f);
     let teeth = teeth(f);
     let contact = shared_keys::read_mesh_contact(f, "");
     let module = module(f);
-    let lead_angle = f.quantity("lead_angle", QuantityKind::Angle, LEAD);
+    let lead_angle = f.optional_quantity("lead_angle", QuantityKind::Angle, LEAD);
+    if !f.has("gear") {
+        f.require("lead_angle");
+    }
     let pressure_angle =
         f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
+    let hand = shared_keys::hand(f);
+    let thread = gear.as_ref().map(|gear| gear.thread);
     WormPair {
         name,
         between,
-        teeth,
-        module,
-        lead_angle,
-        pressure_angle: pressure_angle.unwrap_or(DEFAULT_PRESSURE_ANGLE),
-        hand: shared_keys::hand(f),
+        teeth: gear.as_ref().map_or(teeth, |g| [g.thread.starts, g.teeth]),
+        module: thread.map(|t| t.module).or(module),
+        lead_angle: thread
+            .map(|t| t.lead_angle())
+            .or(lead_angle)
+            .unwrap_or(FRAC_PI_4),
+        pressure_angle: (thread.map(|t| t.pressure_angle))
+            .or(pressure_angle)
+            .unwrap_or(DEFAULT_PRESSURE_ANGLE),
+        hand: match gear {
+            Some(gear) if gear.hand < 0.0 => Hand::Left,
+            Some(_) => Hand::Right,
+            None => hand,
+        },
         friction: f.optional_number("friction", ValueRange::NotNegative),
         mesh_angles: shared_keys::mesh_angles(f, [0.0, PI]),
         contact,

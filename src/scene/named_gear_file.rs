@@ -10,6 +10,8 @@ use super::gear_kind::{PairKind, pair_kind};
 use super::gear_mesh::{GearMesh, MeshFile};
 use super::model::CutOn;
 use super::pair_mesh::PairMesh;
+use super::plane_worm_file;
+use super::worm_file::{self, WormFile};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::flags::Flags;
@@ -52,6 +54,15 @@ pub const DETERMINED_OF_BEVEL: &[(&str, [&str; 2])] = &[
     ("path_phase", ["pair", "kind"]),
 ];
 
+/// Keys that the gear file of a worm pair determines.
+const DETERMINED_OF_WORM: &[(&str, [&str; 2])] = &[
+    ("teeth", ["worm", "starts"]),
+    ("module", ["worm", "module"]),
+    ("lead_angle", ["worm", "diameter_quotient"]),
+    ("pressure_angle", ["worm", "pressure_angle"]),
+    ("hand", ["worm", "hand"]),
+];
+
 /// Keys of a planetary stage that the gear file of a mesh determines.
 pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
     ("teeth", ["pinion", "teeth"]),
@@ -82,6 +93,23 @@ pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
             BevelMesh::new(file, bevel).map_err(|e| vec![e])
         });
     Some(PairMesh::Bevel(named.collect(f, made)?))
+}
+
+/// The gear file of a cylindrical worm with its wheel under `gear`; keys of the table that it determines are errors. The wheel is conjugate
+/// to the worm: there is no transmission error.
+pub fn read_worm(f: &mut TableReader) -> Option<Arc<WormFile>> {
+    let named = NamedFile::read(f, "gear")?;
+    let is_cylindrical = pair_kind(&named.source) == PairKind::Worm
+        && !plane_worm_file::is_plane_worm(&named.source);
+    if !is_cylindrical {
+        let message = "a [[worm_pair]] takes the gear file of a cylindrical worm with its wheel";
+        let hint = "name a file with pair = { kind = \"worm\" } and another type than \"plane-enveloping\"";
+        f.report_key(Code::Conflict, "gear", message, hint);
+        return None;
+    }
+    named.refuse_determined(f, DETERMINED_OF_WORM);
+    let read = worm_file::read(&named.source, &Flags::default());
+    named.collect(f, read.map_err(|errors| errors.as_slice().to_vec()))
 }
 
 /// The generator under `cut_on`, which cuts a member of a bevel pair.

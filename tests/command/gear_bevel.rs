@@ -749,7 +749,7 @@ fn law_hypoid_of_the_file() {
         );
         if side == "drive" {
             assert!(!codes.contains("overlap"), "{codes}");
-            let path = number(&found["contact"]["peak_to_peak_arcsec"]);
+            let path = number(&found["tca"]["peak_to_peak_arcsec"]);
             let ridges = number(&found["mesh"]["unloaded_peak_to_peak_arcsec"]);
             assert!((ridges / path - 1.0).abs() < 0.03, "{ridges} {path}");
         }

@@ -3,6 +3,7 @@
 use crate::support::command::{document, geardyn, put, refusal, said, with_other_digits};
 use crate::support::verification::within;
 use crate::support::{number, numbers};
+use serde_json::Value;
 
 const WORM: &str = "models/gears/worm_zi_2_40.toml";
 const CROSSED: &str = "models/gears/crossed_15_24.toml";
@@ -98,10 +99,10 @@ fn law_hob_of_the_file() {
 fn law_plane_worm_has_two_lines() {
     let found = document(&["gear", PLANE_WORM, "--json"]);
     let [first, second] = ["contact", "second_contact"].map(|key| &found[key]);
-    let heights = |of: &serde_json::Value| numbers(&of["height_over_the_plane_mm"]);
+    let heights = |of: &Value| numbers(&of["height_over_the_plane_mm"]);
     assert!(heights(first).iter().all(|h| *h == 0.0));
     assert!(heights(second).len() > 10 && heights(second).iter().all(|h| *h >= 0.0));
-    let y = |of: &serde_json::Value| numbers(&of["y_wheel_mm"]);
+    let y = |of: &Value| numbers(&of["y_wheel_mm"]);
     assert!(y(first).iter().chain(&y(second)).all(|y| y.abs() <= 16.0));
     assert!(number(&found["geometry"]["contact_ratio"]) > 1.0);
     assert!(found["curve_between_both_parts"].is_object());
@@ -122,7 +123,7 @@ fn law_left_hands_mirror_right_ones() {
         assert_eq!(right["geometry"][key], left["geometry"][key], "{key}");
     }
     assert_eq!(right["contact"]["z_mm"], left["contact"]["z_mm"]);
-    let y = |of: &serde_json::Value| numbers(&of["contact"]["y_mm"]);
+    let y = |of: &Value| numbers(&of["contact"]["y_mm"]);
     assert!(y(&right).iter().zip(y(&left)).all(|(a, b)| *a == -b));
 }
 
@@ -292,5 +293,57 @@ fn survives_mutated_files_of_gears_in_space() {
                 .any(|word| text.contains(word) || notes.contains(word));
             assert!(!bad, "{text}{notes}\n{mutated}");
         }
+    }
+}
+
+/// A worm pair of a machine by its gear file is the one by the same numbers; keys that the file determines, files of other pairs and of
+/// plane-enveloping worms are refused.
+#[test]
+fn law_worm_of_a_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["worm_zi_2_40", "worm_plane_1_40", "bevel_12_36"] {
+        let text = std::fs::read_to_string(format!("models/gears/{name}.toml")).unwrap();
+        put(folder.path(), &format!("{name}.toml"), &text);
+    }
+    let model = |keys: &str| {
+        format!(
+            "inertia = [{{ name = \"worm\", J = \"0.01 kg·m²\" }}, {{ name = \"wheel\", J = \"0.2 kg·m²\" }}]\n\
+             [[worm_pair]]\nname = \"mesh\"\nbetween = [\"worm\", \"wheel\"]\nk = \"300 N/µm\"\n{keys}\n"
+        )
+    };
+    let modes = |keys: &str| {
+        let path = put(folder.path(), "machine.toml", &model(keys));
+        document(&["modes", path.to_str().unwrap(), "--json"])["modes"].clone()
+    };
+    let lead = 0.2f64.atan().to_degrees();
+    let stated = modes(&format!(
+        "teeth = [2, 40]\nmodule = \"5 mm\"\nlead_angle = \"{lead} deg\"\npressure_angle = \"20 deg\""
+    ));
+    let named = modes("gear = \"worm_zi_2_40.toml\"");
+    let frequency = |modes: &Value| number(&modes[1]["frequency_hz"]);
+    assert!(frequency(&named) > 100.0);
+    within(
+        "frequency by the gear file, relative",
+        (frequency(&named) / frequency(&stated) - 1.0).abs(),
+        1e-14,
+    );
+    for (keys, message) in [
+        (
+            "gear = \"worm_zi_2_40.toml\"\nlead_angle = \"11 deg\"",
+            "`lead_angle` is determined by the gear file",
+        ),
+        (
+            "gear = \"worm_plane_1_40.toml\"",
+            "takes the gear file of a cylindrical worm",
+        ),
+        (
+            "gear = \"bevel_12_36.toml\"",
+            "takes the gear file of a cylindrical worm",
+        ),
+        ("teeth = [2, 40]\nmodule = \"5 mm\"", "`lead_angle`"),
+    ] {
+        let path = put(folder.path(), "wrong.toml", &model(keys));
+        let (_, said) = refusal(&["check", path.to_str().unwrap()]);
+        assert!(said.contains(message), "{keys}: {said}");
     }
 }
