@@ -565,6 +565,7 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         ValueRange::Positive,
     );
     let mut defaults = Vec::new();
+    let errors = f.errors.errors.len();
     let straight = straight(f, process, &mut defaults);
     let (mut own, mut sides) = (SettingsTable::default(), [None, None]);
     if straight.is_none() {
@@ -580,7 +581,12 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
     if root_angle.is_some() && straight.is_none() && sides.iter().all(Option::is_none) {
         f.report_missing("concave", ", the flank that its settings cut");
     }
-    let flanks = [0, 1].map(|k| sides[k]?.over(own).cut(f, SIDES[k], process?, root_angle));
+    // A key whose value is wrong is not missing as well.
+    let is_sound = f.errors.errors.len() == errors;
+    let flanks = [0, 1].map(|k| {
+        let side = sides[k].filter(|_| is_sound)?;
+        side.over(own).cut(f, SIDES[k], process?, root_angle)
+    });
     if let (Some(_), [Some(FlankTable::Settings(a)), Some(FlankTable::Settings(b))]) =
         (thickness, flanks)
         && a.settings == b.settings

@@ -28,6 +28,8 @@ pub struct HelicoidFile {
     pub tool_radius: f64,
     /// Angle of the axes, rad.
     pub axis_angle: f64,
+    /// The thread as the wheel grinds it at another radius.
+    pub reground: Option<WormThread>,
     /// Values that the file leaves to their defaults, in words.
     pub defaults: Vec<String>,
     /// Place of `helicoid`.
@@ -55,7 +57,8 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Err
         (title, span, helicoid, tool)
     })?;
     let missing = || Error::new(Code::MissingKey, "the tool is not described").with_span(&span);
-    let ((table, diameters), (tool_radius, axis_angle)) = helicoid.zip(tool).ok_or_else(missing)?;
+    let ((table, diameters), (tool_radius, axis_angle, reground_radius)) =
+        helicoid.zip(tool).ok_or_else(missing)?;
     let ThreadTable {
         thread,
         hand,
@@ -79,6 +82,15 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Err
         ));
         angle
     });
+    let reground = reground_radius.map(|radius| {
+        let message = "`tool.reground_radius` is of threads that a wheel grinds";
+        let hint = "take type = \"ZK\" or \"ZC\", or leave reground_radius out";
+        let none = || Error::new(Code::Conflict, message).with_span(&span);
+        thread
+            .reground(radius)
+            .ok_or_else(|| none().with_hint(hint))
+    });
+    let reground = reground.transpose()?;
     if !(0.0 < radii[0] && radii[0] < reference && reference < radii[1]) {
         let message = format!(
             "the flank from {:.3} to {:.3} mm diameter does not hold the reference diameter {:.3} mm",
@@ -98,6 +110,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Err
         radii,
         tool_radius,
         axis_angle,
+        reground,
         defaults,
         span,
         source: source.clone(),
@@ -111,12 +124,17 @@ fn helicoid(f: &mut TableReader) -> Option<(ThreadTable, [Option<f64>; 2])> {
     Some((table?, diameters))
 }
 
-fn tool(f: &mut TableReader) -> (f64, Option<f64>) {
+fn tool(f: &mut TableReader) -> (f64, Option<f64>, Option<f64>) {
     f.choice("kind", &[("disk", ())]);
     f.require("kind");
     const ANGLE_RANGE: ValueRange = ValueRange::Open(0.0, 1.5, "above 0° and below 86°");
     (
         f.quantity("radius", QuantityKind::Length, ValueRange::Positive),
         f.optional_quantity("axis_angle", QuantityKind::Angle, ANGLE_RANGE),
+        f.optional_quantity(
+            "reground_radius",
+            QuantityKind::Length,
+            ValueRange::Positive,
+        ),
     )
 }

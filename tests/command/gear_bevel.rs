@@ -390,6 +390,14 @@ fn refuses_wrong_bevel_files() {
         let message = of(from, to);
         assert!(message.contains(words), "{words}: {message}");
     }
+    let message = of(
+        "blade_angle = \"18.045669752 deg\"",
+        "blade_angle = \"90 deg\"",
+    );
+    assert!(
+        message.contains("below 68°") && !message.contains("has no"),
+        "{message}"
+    );
     for (flags, words) in [
         (["--slices", "9"], "--slices does nothing here"),
         (

@@ -347,3 +347,54 @@ fn law_worm_of_a_machine() {
         assert!(said.contains(message), "{keys}: {said}");
     }
 }
+
+/// A wheel dressed from 250 to 200 mm: both flanks are the tabled distances from the involute helicoid apart. Threads that no wheel grinds
+/// refuse it.
+/// Source: data/reference/gear/c44_zk_wheel_wear.json.
+#[test]
+fn ref_reground_worm() {
+    let text = std::fs::read_to_string("data/reference/gear/c44_zk_wheel_wear.json").unwrap();
+    let case: Value = serde_json::from_str(&text).unwrap();
+    let off = |radius: &str| {
+        let rows = &case["expected"]["wheel_radius_R0"][radius]["rows"];
+        let rows: Vec<Vec<f64>> = rows.as_array().unwrap().iter().map(numbers).collect();
+        [rows[0][2], rows[rows.len() - 1][2]]
+    };
+    let ([before_root, before_tip], [root, tip]) = (off("250.0"), off("200.0"));
+    let (_folder, path) = changed(
+        HELICOID,
+        "tool_radius = \"100 mm\"",
+        "tool_radius = \"250 mm\"",
+    );
+    let text = std::fs::read_to_string(&path).unwrap();
+    let radius = "radius = \"100 mm\" }";
+    assert!(text.contains(radius));
+    let text = text.replace(
+        radius,
+        "radius = \"250 mm\", reground_radius = \"200 mm\" }",
+    );
+    std::fs::write(&path, &text).unwrap();
+    let found = &document(&["gear", &path, "--json"])["regrinding"];
+    let [flank, involute] =
+        ["off_the_flank_um", "off_the_involute_helicoid_um"].map(|k| numbers(&found[k]));
+    let last = flank.len() - 1;
+    for (name, found, expected) in [
+        ("root", flank[0], root - before_root),
+        ("tip", flank[last], tip - before_tip),
+        ("root from the involute helicoid", involute[0], root),
+        ("tip from the involute helicoid", involute[last], tip),
+    ] {
+        within(&format!("{name}, µm"), (found - expected).abs(), 1e-8);
+    }
+    std::fs::write(
+        &path,
+        text.replace("\"ZK\"", "\"ZI\"")
+            .replace(", tool_radius = \"250 mm\"", ""),
+    )
+    .unwrap();
+    let (_, message) = refusal(&["gear", &path]);
+    assert!(
+        message.contains("`tool.reground_radius` is of threads"),
+        "{message}"
+    );
+}

@@ -73,6 +73,21 @@ impl WormThread {
         self.lead() / base_lead.tan()
     }
 
+    /// The thread ground by the same wheel at another radius, as after dressing; none of threads that no wheel grinds.
+    pub fn reground(&self, radius: f64) -> Option<WormThread> {
+        let flank = match self.flank {
+            FlankType::Zk { .. } => FlankType::Zk {
+                wheel_radius: radius,
+            },
+            FlankType::Zc { arc_radius, .. } => FlankType::Zc {
+                wheel_radius: radius,
+                arc_radius,
+            },
+            _ => return None,
+        };
+        Some(WormThread { flank, ..*self })
+    }
+
     /// The flank through `z = π m/4` on the reference cylinder, in a space whose middle is z = 0; none where the wheel does not reach.
     pub fn helicoid(&self) -> Option<Helicoid> {
         let (r, lead) = (self.reference_radius(), self.lead());

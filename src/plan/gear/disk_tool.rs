@@ -111,6 +111,71 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
         }
     }
     let columns = |k: usize| -> Vec<f64> { sections.iter().map(|row| row[k]).collect() };
+    let mut deviations = vec![("flank".to_string(), columns(6), columns(0))];
+    let reground = (file.reground.as_ref()).map(|of| of.helicoid().ok_or_else(nothing));
+    let mut regrinding = Vec::new();
+    if let Some(other) = reground.transpose()? {
+        regrinding.extend(radii.iter().filter_map(|&radius| {
+            let of_flank = normal_deviation(thread, &other, &helicoid, radius)?;
+            let of_involute = normal_deviation(thread, &other, involute.as_ref()?, radius);
+            Some([
+                1e3 * radius,
+                1e6 * of_flank,
+                1e6 * of_involute.unwrap_or(f64::NAN),
+            ])
+        }));
+        let column = |k: usize| regrinding.iter().map(|row: &[f64; 3]| row[k]).collect();
+        deviations.push(("reground".to_string(), column(2), column(0)));
+    }
+    let mut tables = vec![
+        table(
+            "tool profile",
+            [
+                ("radius", "mm"),
+                ("tool radius", "mm"),
+                ("tool height", "mm"),
+                ("tool profile angle", "deg"),
+                ("contact azimuth", "deg"),
+            ],
+            profile.iter().map(|p| {
+                [
+                    1e3 * p.distance,
+                    1e3 * p.radius,
+                    1e3 * p.height,
+                    p.slope.atan().to_degrees(),
+                    file.hand * p.azimuth.to_degrees(),
+                ]
+            }),
+        ),
+        table(
+            "flank sections",
+            [
+                ("radius", "mm"),
+                ("axial z", "mm"),
+                ("axial angle", "deg"),
+                ("transverse azimuth", "deg"),
+                ("normal x", "mm"),
+                ("normal s", "mm"),
+                ("off the involute helicoid", "µm"),
+            ],
+            sections.iter().map(|row| {
+                let mut row = *row;
+                row[3] *= file.hand;
+                row
+            }),
+        ),
+    ];
+    if !regrinding.is_empty() {
+        tables.push(table(
+            "regrinding",
+            [
+                ("radius", "mm"),
+                ("off the flank", "µm"),
+                ("off the involute helicoid", "µm"),
+            ],
+            regrinding.into_iter(),
+        ));
+    }
     Ok(GearSheet {
         title: file.title.clone(),
         kind: "helicoid",
@@ -118,44 +183,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
         teeth: None,
         members: ["helicoid", ""],
         quantities: all.0,
-        tables: vec![
-            table(
-                "tool profile",
-                [
-                    ("radius", "mm"),
-                    ("tool radius", "mm"),
-                    ("tool height", "mm"),
-                    ("tool profile angle", "deg"),
-                    ("contact azimuth", "deg"),
-                ],
-                profile.iter().map(|p| {
-                    [
-                        1e3 * p.distance,
-                        1e3 * p.radius,
-                        1e3 * p.height,
-                        p.slope.atan().to_degrees(),
-                        file.hand * p.azimuth.to_degrees(),
-                    ]
-                }),
-            ),
-            table(
-                "flank sections",
-                [
-                    ("radius", "mm"),
-                    ("axial z", "mm"),
-                    ("axial angle", "deg"),
-                    ("transverse azimuth", "deg"),
-                    ("normal x", "mm"),
-                    ("normal s", "mm"),
-                    ("off the involute helicoid", "µm"),
-                ],
-                sections.iter().map(|row| {
-                    let mut row = *row;
-                    row[3] *= file.hand;
-                    row
-                }),
-            ),
-        ],
+        tables,
         plots: vec![
             SheetPlot {
                 suffix: "",
@@ -172,7 +200,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
                 suffix: "deviation",
                 axes: ["off the involute helicoid [µm]", "radius [mm]"],
                 equal_scales: false,
-                curves: vec![("flank".into(), columns(6), columns(0))],
+                curves: deviations,
                 labels: Vec::new(),
             },
         ],
@@ -194,10 +222,7 @@ fn section(
 ) -> Option<[f64; 7]> {
     let at = helicoid.at(radius)?;
     let [x, s] = helicoid.normal_section(thread.lead_angle(), radius)?;
-    let normal = thread.lead_angle().cos() * thread.pressure_angle.cos();
-    let off = involute
-        .and_then(|h| h.at(radius))
-        .map_or(f64::NAN, |of| (at.height - of.height) * normal);
+    let off = involute.and_then(|h| normal_deviation(thread, helicoid, h, radius));
     Some([
         1e3 * radius,
         1e3 * at.height,
@@ -205,8 +230,19 @@ fn section(
         helicoid.transverse_azimuth(radius)?.to_degrees(),
         1e3 * x,
         1e3 * s,
-        1e6 * off,
+        1e6 * off.unwrap_or(f64::NAN),
     ])
+}
+
+/// Deviation of a flank from another along the normal, m, positive into the metal: the axial difference times cos γ cos α_n.
+fn normal_deviation(
+    thread: &WormThread,
+    flank: &Helicoid,
+    from: &Helicoid,
+    radius: f64,
+) -> Option<f64> {
+    let normal = thread.lead_angle().cos() * thread.pressure_angle.cos();
+    Some((flank.at(radius)?.height - from.at(radius)?.height) * normal)
 }
 
 fn not_reached(sections: &[[f64; 7]], radii: [f64; 2]) -> Diagnostic {
