@@ -22,7 +22,7 @@ use crate::scene::gear_kind::{self, PairKind};
 use crate::scene::study::{AccuracyStudy, AccuracyTarget};
 use crate::scene::{self, Scene};
 use crate::study::monitor::Monitor;
-use crate::study::{frequencies, mesh_grid, responses, work_precision};
+use crate::study::{contact_grid, frequencies, mesh_grid, responses, work_precision};
 
 /// The error wanted by default.
 const DEFAULT_TARGET_ERROR: f64 = 1e-6;
@@ -67,7 +67,7 @@ fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> 
     let (title, results) = match kind {
         PairKind::Bevel => {
             let file = bevel_file::read(source, &Flags::default())?;
-            let results = mesh_grid::compare_flank_grids(&file, &mut monitor)?;
+            let results = contact_grid::compare_bevel_grids(&file, &mut monitor)?;
             (file.title, results)
         }
         _ => {

@@ -14,7 +14,7 @@ use crate::base::source_span::SourceFile;
 use crate::numeric::sorting::sort_rising;
 use crate::study::comparison::ComparisonResult;
 
-/// Grids of a mesh compared by e(φ, T) and by k(φ, T).
+/// Grids of a mesh compared by e(φ, T) and by k(φ, T), or by the unloaded transmission error.
 pub struct MeshAccuracyReport<'a> {
     /// Title of the gear file.
     pub title: &'a str,
@@ -22,8 +22,8 @@ pub struct MeshAccuracyReport<'a> {
     pub source: &'a Arc<SourceFile>,
     /// The error for which a grid is recommended.
     pub target_error: f64,
-    /// Comparisons by e(φ, T) and by k(φ, T).
-    pub results: [ComparisonResult; 2],
+    /// Comparisons by e(φ, T) and, under a load, by k(φ, T).
+    pub results: Vec<ComparisonResult>,
 }
 
 impl Presentation for MeshAccuracyReport<'_> {
@@ -36,17 +36,21 @@ impl Presentation for MeshAccuracyReport<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        let [te, stiffness] = &self.results;
-        Ok(json!({
-            "te": comparison_json(te, self.target_error),
-            "stiffness": comparison_json(stiffness, self.target_error),
-        }))
+        let mut of_results = self.results.iter();
+        let mut next = || {
+            of_results
+                .next()
+                .map(|of| comparison_json(of, self.target_error))
+        };
+        Ok(json!({ "te": next(), "stiffness": next() }))
     }
 
     fn text(&self) -> String {
-        let [te, stiffness] = &self.results;
-        let text = |result| comparison_text(result, self.target_error);
-        format!("{}\n{}", text(te), text(stiffness))
+        let texts = self
+            .results
+            .iter()
+            .map(|of| comparison_text(of, self.target_error));
+        texts.collect::<Vec<_>>().join("\n")
     }
 
     fn table(&self) -> Table<'_> {
@@ -54,10 +58,12 @@ impl Presentation for MeshAccuracyReport<'_> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let [te, stiffness] = &self.results;
-        let points = [quickest(te), quickest(stiffness)].concat();
-        let floor = te.reference_error.min(stiffness.reference_error);
-        let floor = (floor, "error of the reference");
+        let points: Vec<_> = self.results.iter().flat_map(quickest).collect();
+        let floors = self.results.iter().map(|of| of.reference_error);
+        let floor = (
+            floors.fold(f64::INFINITY, f64::min),
+            "error of the reference",
+        );
         let title = self.title;
         Ok(vec![Figure::first(work_precision_plot::figure(
             title, &points, floor,

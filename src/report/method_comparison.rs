@@ -160,7 +160,7 @@ pub(super) fn comparison_points(found: &ComparisonResult) -> Vec<WorkPrecisionPo
 fn size_names(size: Option<ModelSize>) -> &'static [&'static str] {
     match size {
         Some(ModelSize::MeshGrid { .. }) => &["positions", "slices"],
-        Some(ModelSize::FlankGrid { .. }) => &["positions", "stations"],
+        Some(ModelSize::FlankGrid { .. } | ModelSize::Positions(_)) => &["positions", "stations"],
         _ => &["coordinates", "modes", "lengths"],
     }
 }
@@ -170,7 +170,8 @@ fn size(method: &ComparedMethod, key: &str) -> Option<usize> {
     match (method.size?, key) {
         (ModelSize::Coordinates(n), "coordinates")
         | (ModelSize::Modes(n), "modes")
-        | (ModelSize::ShaftElements(n), "lengths") => Some(n),
+        | (ModelSize::ShaftElements(n), "lengths")
+        | (ModelSize::Positions(n), "positions") => Some(n),
         (ModelSize::MeshGrid { positions, .. }, "positions")
         | (ModelSize::FlankGrid { positions, .. }, "positions") => Some(positions),
         (ModelSize::FlankGrid { stations, .. }, "stations") => Some(stations),
@@ -228,6 +229,7 @@ fn size_text(method: &ComparedMethod) -> String {
         Some(ModelSize::Coordinates(n)) => pluralise(n, "coordinate"),
         Some(ModelSize::Modes(n)) => pluralise(n, "mode"),
         Some(ModelSize::ShaftElements(n)) => pluralise(n, "length"),
+        Some(ModelSize::Positions(n)) => pluralise(n, "position"),
         Some(ModelSize::MeshGrid { positions, slices }) => {
             format!("{positions} positions × {slices} slices")
         }

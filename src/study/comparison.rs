@@ -51,6 +51,8 @@ pub enum ModelSize {
         /// Slices.
         slices: usize,
     },
+    /// A path of contact at so many positions of a pitch.
+    Positions(usize),
     /// A mesh of flanks at so many positions of a pitch and stations along the face.
     FlankGrid {
         /// Positions.

@@ -9,11 +9,13 @@ use super::timing::min_time;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_number;
+use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
 use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
 use crate::numeric::parallel;
 use crate::numeric::statistics::peak_to_peak;
-use crate::plan::gear::{bevel, bevel_mesh};
+use crate::plan::gear::bevel_contact::BevelContact;
+use crate::plan::gear::bevel_mesh;
 use crate::scene::bevel_file::BevelFile;
 use crate::scene::gear_file::GearFile;
 
@@ -73,7 +75,7 @@ struct MeshCurves {
 pub fn compare_grids(
     file: &GearFile,
     monitor: &mut Monitor,
-) -> Result<[ComparisonResult; 2], Error> {
+) -> Result<Vec<ComparisonResult>, Error> {
     let at = |error: Error| file.locate(error);
     let Some(torque) = file.mesh.torques.last().copied() else {
         return Err(file.no_torque());
@@ -103,30 +105,18 @@ pub fn compare_grids(
     compare(&grids, torque, solve, monitor).map_err(at)
 }
 
-/// Compares grids of a bevel pair at the largest torque of its file: first e(φ, T), then k(φ, T).
+/// Compares grids of a bevel pair at a torque: first e(φ, T), then k(φ, T).
 ///
 /// # Errors
-/// No torque, no contact; a load that the teeth cannot carry; interrupted before anything was finished.
-pub fn compare_flank_grids(
+/// A load that the teeth cannot carry; interrupted before anything was finished.
+pub(super) fn compare_flank_grids(
     file: &BevelFile,
+    teeth: [Option<&BevelTooth>; 2],
+    contact: &BevelContact,
+    torque: f64,
     monitor: &mut Monitor,
-) -> Result<[ComparisonResult; 2], Error> {
-    let at = |error: Error| error.with_span(&file.span);
-    let Some(torque) = file.mesh.torques.last().copied() else {
-        let message = "no torque is given, and without a load the mesh has no stiffness";
-        return Err(at(Error::new(Code::MissingKey, message)
-            .with_hint("write [mesh] with torque = \"100 N·m\" into the file")));
-    };
-    let mut bare = file.clone();
-    bare.mesh.torques.clear();
-    let result = bevel::run(&bare)?;
-    let Some(contact) = &result.contact else {
-        let message = "the flanks do not touch, so that they carry no load";
-        return Err(at(Error::new(Code::OutOfRange, message)
-            .with_hint("`geardyn gear` on this file shows the contact")));
-    };
+) -> Result<Vec<ComparisonResult>, Error> {
     let options = FlankMeshOptions::default();
-    let teeth = result.members.each_ref().map(|m| m.tooth.as_ref());
     let teeth = bevel_mesh::bending_teeth(file, teeth, &options.materials)?;
     let bending = teeth.as_ref().map(|teeth| teeth as &dyn ToothBending);
     let solve = |[positions, stations]: [usize; 2]| {
@@ -143,10 +133,10 @@ pub fn compare_flank_grids(
             stiffness: first.of(|p| p.tangent),
         })
     };
-    compare(&STATIONS, torque, solve, monitor).map_err(at)
+    compare(&STATIONS, torque, solve, monitor)
 }
 
-fn no_position() -> Error {
+pub(super) fn no_position() -> Error {
     Error::new(Code::NoConvergence, "the mesh has no position")
 }
 
@@ -156,7 +146,7 @@ fn compare(
     torque: f64,
     solve: impl Fn([usize; 2]) -> Result<MeshCurves, Error> + Sync + Send,
     monitor: &mut Monitor,
-) -> Result<[ComparisonResult; 2], Error> {
+) -> Result<Vec<ComparisonResult>, Error> {
     if !monitor.proceed("reference") {
         return Err(interrupted_error());
     }
@@ -214,14 +204,14 @@ fn compare(
         methods,
         interrupted,
     };
-    Ok([result(0, te), result(1, stiffness)])
+    Ok(vec![result(0, te), result(1, stiffness)])
 }
 
 const TE: &str = "e(φ, T)";
 const STIFFNESS: &str = "k(φ, T)";
 
 /// Root mean square of a curve, interpolated linearly between equal steps of a period, less a finer one.
-fn rms_distance(curve: &[f64], fine: &[f64]) -> f64 {
+pub(super) fn rms_distance(curve: &[f64], fine: &[f64]) -> f64 {
     let step = curve.len() as f64 / fine.len() as f64;
     let off = |(i, reference): (usize, &f64)| {
         let place = i as f64 * step;

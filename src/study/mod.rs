@@ -18,6 +18,8 @@ pub mod responses;
 
 pub mod mesh_grid;
 
+pub mod contact_grid;
+
 pub mod stability;
 
 pub mod parametric;

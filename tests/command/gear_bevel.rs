@@ -836,8 +836,28 @@ fn keeps_changes_root_moments_and_stability() {
         let drawn = std::fs::read_to_string(folder.path().join(format!("pair{suffix}.svg")));
         assert!(drawn.unwrap().contains("12/36"), "{suffix}");
     }
-    let (_, message) = refusal(&["accuracy", NASA]);
-    assert!(message.contains("no torque is given"), "{message}");
+}
+
+/// Error against run time without a load: lines between positions lose a quarter of their error at least where positions double, and
+/// ridges, which match no normals, agree within the crests between their stations.
+#[test]
+fn law_accuracy_of_the_unloaded_contact() {
+    let found = document(&["accuracy", NASA, "--json"]);
+    assert!(found["stiffness"].is_null());
+    let rows = found["te"]["ways"].as_array().unwrap();
+    let error = |method: &str, positions: i64, stations: Option<i64>| {
+        let row = (rows.iter()).find(|r| {
+            r["method"] == method
+                && r["positions"] == positions
+                && r["stations"].as_i64() == stations
+        });
+        number(&row.unwrap_or_else(|| panic!("{rows:?}"))["error"])
+    };
+    let path = [15, 30, 60, 120, 240].map(|n| error("path of contact", n, None));
+    assert!(path.windows(2).all(|p| p[1] < 0.75 * p[0]), "{path:?}");
+    let ridges = error("ridges of least gap", 240, Some(65));
+    assert!(path[4] < 1e-3 && ridges < 1e-2, "{path:?} {ridges}");
+    assert!(error("ridges of least gap", 240, Some(17)) > ridges);
 }
 
 /// Loaded contact of the shipped pair: document, table, plan, figures; shares sum to one, pressure and deflection grow with the torque.
