@@ -844,7 +844,7 @@ fn keeps_changes_root_moments_and_stability() {
 fn law_accuracy_of_the_unloaded_contact() {
     let found = document(&["accuracy", NASA, "--json"]);
     assert!(found["stiffness"].is_null());
-    let rows = found["te"]["ways"].as_array().unwrap();
+    let rows = found["te"]["runs"].as_array().unwrap();
     let error = |method: &str, positions: i64, stations: Option<i64>| {
         let row = (rows.iter()).find(|r| {
             r["method"] == method
