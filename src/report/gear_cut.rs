@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::figure::Figure;
 use super::gear::{ARCSEC, title_lines};
 use super::gear_cut_plot::{self, flank_name};
+use super::number_format::four_digits;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::surface_view::cut_view;
@@ -18,6 +19,7 @@ use crate::plan::gear::cut::CutResult;
 use crate::plan::gear::cut_chips::ChipResult;
 use crate::plan::gear::cut_contact::{ContactSummary, CutContact};
 use crate::plan::gear::cut_flank::{CutFlankResult, DeviationMap, DeviationStatistics};
+use crate::plan::gear::cut_mesh::CutMesh;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::cut_file::CutFile;
 
@@ -57,6 +59,9 @@ impl Presentation for CutReport<'_> {
         text += &format!("\n{}", cause_table(&self.result.flanks).text());
         if let Some(contact) = &self.result.contact {
             text += &format!("\n{}", contact_table(contact).text());
+            if !contact.meshes.is_empty() {
+                text += &format!("\n{}", mesh_table(&contact.meshes).text());
+            }
         }
         if self.chips().next().is_some() {
             text += &format!("\n{}", chip_summary(self.chips()).text());
@@ -260,11 +265,29 @@ fn contact_table(contact: &CutContact) -> Table<'static> {
         row("with errors of the chain", changed);
     }
     table.row([
-        "scallops and run-out add at most".to_string(),
-        format!("{:.3}", ARCSEC * contact.blade_bound),
+        "crests of the scallops add at most".to_string(),
+        format!("{:.3}", ARCSEC * contact.scallop_bound),
         "–".into(),
         "–".into(),
     ]);
+    table
+}
+
+fn mesh_table(meshes: &[CutMesh]) -> Table<'static> {
+    let mut table = Table::named(
+        "mesh as cut|torque [N·m]|TE unloaded, peak-to-peak [arcsec]|loaded [arcsec]|pattern at pinion's face, height [%]",
+    );
+    for mesh in meshes {
+        table.row([
+            mesh.cause.clone().unwrap_or("ideal flanks".into()),
+            or_dash(mesh.loaded, |l| four_digits(l.torque)),
+            format!("{:.3}", ARCSEC * mesh.unloaded),
+            or_dash(mesh.loaded, |l| format!("{:.3}", ARCSEC * l.peak_to_peak)),
+            or_dash(mesh.loaded.and_then(|l| l.centre), |[f, h]| {
+                format!("{:.2}, {:.2}", 100.0 * f, 100.0 * h)
+            }),
+        ]);
+    }
     table
 }
 
@@ -315,7 +338,19 @@ fn contact_json(contact: &CutContact) -> Value {
     json!({
         "ideal": summary(&contact.ideal),
         "with_chain_errors": contact.changed.as_ref().ok().map(summary),
-        "blade_bound_arcsec": ARCSEC * contact.blade_bound,
+        "scallop_bound_arcsec": ARCSEC * contact.scallop_bound,
+        "meshes": contact.meshes.iter().map(mesh_json).collect::<Vec<_>>(),
+    })
+}
+
+fn mesh_json(mesh: &CutMesh) -> Value {
+    let centre = mesh.loaded.and_then(|l| l.centre);
+    json!({
+        "cause": mesh.cause,
+        "unloaded_te_arcsec": ARCSEC * mesh.unloaded,
+        "torque_nm": mesh.loaded.map(|l| l.torque),
+        "loaded_te_arcsec": mesh.loaded.map(|l| ARCSEC * l.peak_to_peak),
+        "centre": centre.map(|[face, height]| json!({ "face": face, "height": height })),
     })
 }
 

@@ -89,6 +89,16 @@ pub fn text(work: &WorkResult, all: bool) -> String {
             ranges(load.peak_to_peak)
         );
     }
+    if let Some(blades) = &pair.blades {
+        text += &format!(
+            "blades: {} of [cut], {} deg of the cradle apart: scallops up to {} µm, with run-out {} µm between places of a flank and {} arcsec peak to peak in the pair, the largest over the phase\n",
+            blades.feed.blades,
+            four_digits(blades.feed.step().to_degrees()),
+            four_digits(1e6 * blades.scallop),
+            four_digits(1e6 * blades.flank),
+            four_digits(ARCSEC * blades.te),
+        );
+    }
     text += &format!("left out: {}\n", left_out(work).join("; "));
     with_minus_signs(&text)
 }
@@ -116,8 +126,20 @@ fn left_out(work: &WorkResult) -> Vec<String> {
             four_digits(1e6 * most)
         )
     });
+    let blades = match &work.pair.blades {
+        Some(_) => {
+            "discrete blades with their run-out in the cut pair: their phase differs from tooth to tooth"
+        }
+        None => {
+            "discrete blades with their run-out (`geardyn gear cut`; [cut] of the gear file and `cutter` of [work] give their size here)"
+        }
+    };
     let always = LEFT_OUT.iter().map(ToString::to_string);
-    waves.into_iter().chain(always).collect()
+    waves
+        .into_iter()
+        .chain([blades.to_string()])
+        .chain(always)
+        .collect()
 }
 
 /// The document.
@@ -154,6 +176,13 @@ pub fn json(work: &WorkResult) -> Value {
         "te_peak_to_peak_arcsec": ranges(pair.peak_to_peak),
         "torque_nm": pair.loaded.map(|load| load.torque),
         "loaded_te_peak_to_peak_arcsec": pair.loaded.map(|load| ranges(load.peak_to_peak)),
+        "blades": pair.blades.map(|blades| json!({
+            "blades": blades.feed.blades,
+            "cradle_deg_per_blade": blades.feed.step().to_degrees(),
+            "scallop_um": 1e6 * blades.scallop,
+            "flank_um": 1e6 * blades.flank,
+            "te_peak_to_peak_arcsec": ARCSEC * blades.te,
+        })),
         "left_out": left_out(work),
     })
 }

@@ -14,6 +14,7 @@ use crate::base::table_reader::TableReader;
 pub fn read(f: &mut TableReader) -> Option<Arc<GeneratorWork>> {
     let cradle = shared_keys::read_node(f, "cradle");
     let work = shared_keys::read_node(f, "work");
+    let cutter = f.has("cutter").then(|| shared_keys::read_node(f, "cutter"));
     let member = f.choice("member", &[("pinion", 0), ("gear", 1)]);
     f.require("member");
     f.require("gear");
@@ -44,6 +45,7 @@ pub fn read(f: &mut TableReader) -> Option<Arc<GeneratorWork>> {
         member: member?,
         cradle,
         work,
+        cutter,
         span,
     }))
 }

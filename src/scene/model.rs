@@ -297,6 +297,8 @@ pub struct GeneratorWork {
     pub cradle: Name,
     /// Node of the work.
     pub work: Name,
+    /// Node of the cutter, where it is named.
+    pub cutter: Option<Name>,
     /// Place of the file's name.
     pub span: SourceSpan,
 }

@@ -9,8 +9,8 @@ use crate::support::verification::within;
 use crate::support::{number, numbers};
 
 const NASA: &str = "models/gears/bevel_12_36.toml";
-/// Few nodes, among them the places of the reference files.
-const COARSE: &str = "[cut]\nmember = \"pinion\"\nrows = 11\ncolumns = 11\n";
+/// Few positions and stations; few nodes, among them the places of the reference files.
+const COARSE: &str = "[mesh]\npositions = 12\nstations = 12\n\n[cut]\nmember = \"pinion\"\nrows = 11\ncolumns = 11\n";
 
 /// The shipped file with coarse maps of the pinion and one text in place of another.
 fn changed(from: &str, to: &str) -> (tempfile::TempDir, String) {
@@ -141,6 +141,81 @@ fn law_contact_with_errors() {
     assert!(!text.contains("with errors of the chain"), "{text}");
 }
 
+/// The shipped pair under 40 N·m, its pinion cut by true blades close together on a generator with one error of the work.
+fn one_error(error: &str, positions: usize) -> Value {
+    let text = std::fs::read_to_string(NASA).unwrap();
+    let cut = COARSE.replacen("[mesh]\n", "[mesh]\ntorque = \"40 N·m\"\n", 1);
+    let cut = cut.replacen("positions = 12", &format!("positions = {positions}"), 1);
+    let text = text
+        .replacen("[cut]\n", &cut, 1)
+        .replacen("\"8 deg/s\"", "\"0.8 deg/s\"", 1);
+    let start = text.find("radial_run_out").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let error = format!(
+        "{}\n[[cut.error]]\ntarget = \"work\"\n{error}",
+        &text[..start]
+    );
+    let path = put(folder.path(), "pair.toml", &error);
+    document(&["gear", "cut", path.to_str().unwrap(), "--json"])["cut"]["contact"].clone()
+}
+
+fn mesh<'a>(contact: &'a Value, cause: Option<&str>) -> &'a Value {
+    let mut meshes = contact["meshes"].as_array().unwrap().iter();
+    let is_of = |m: &&Value| match (m["cause"].as_str(), cause) {
+        (Some(name), Some(start)) => name.starts_with(start),
+        (name, start) => name.is_none() && start.is_none(),
+    };
+    meshes.find(is_of).unwrap()
+}
+
+/// A wave of the work on the flank: its transmission error through the ridges of least gap against the exact contact of the changed
+/// envelope.
+#[test]
+fn exact_mesh_of_a_wave() {
+    let contact = one_error(
+        "amplitude = \"4 arcsec\"\ncycles = 60\nphase = \"140 deg\"\n",
+        48,
+    );
+    let te = |cause: Option<&str>| number(&mesh(&contact, cause)["unloaded_te_arcsec"]);
+    let exact = number(&contact["with_chain_errors"]["peak_to_peak_arcsec"])
+        - number(&contact["ideal"]["peak_to_peak_arcsec"]);
+    let found = te(Some("error 1")) - te(Some("regular"));
+    assert!(exact.abs() > 1.0, "{exact}");
+    within(
+        "change of the transmission error, arcsec",
+        (found - exact).abs(),
+        0.2,
+    );
+    // Blades that close leave scallops of 0.02 µm.
+    assert!((te(Some("regular")) - te(None)).abs() < 0.05);
+}
+
+/// A constant error of the work turns the flank about its axis: micrometres of deviation, the same transmission error and pattern; without
+/// load and blades apart the mesh is that of the gear file.
+#[test]
+fn law_mesh_of_a_turned_flank() {
+    let contact = one_error("amplitude = \"20 arcsec\"\ncycles = 0\n", 12);
+    let of = |cause: Option<&str>, key: &str| number(&mesh(&contact, cause)[key]);
+    for key in ["unloaded_te_arcsec", "loaded_te_arcsec"] {
+        let apart = of(Some("error 1"), key) - of(Some("regular"), key);
+        assert!(apart.abs() < 0.1, "{key} {apart}");
+    }
+    let centre = |cause: Option<&str>| number(&mesh(&contact, cause)["centre"]["face"]);
+    assert!((centre(Some("error 1")) - centre(Some("regular"))).abs() < 2e-3);
+    assert_eq!(of(None, "torque_nm"), 40.0);
+    let text = std::fs::read_to_string(NASA).unwrap();
+    let torque = "[mesh]\ntorque = \"40 N·m\"\npositions = 12\nstations = 12\n\n[cut]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(
+        folder.path(),
+        "pair.toml",
+        &text.replacen("[cut]\n", torque, 1),
+    );
+    let gear = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let same = number(&gear["mesh"]["peak_to_peak_arcsec"][0]) / of(None, "loaded_te_arcsec");
+    assert!((same - 1.0).abs() < 1e-9, "{same}");
+}
+
 /// A history of a spindle that oscillates as a chain error leaves the same flank.
 #[test]
 fn law_history_of_a_harmonic() {
@@ -167,6 +242,11 @@ fn law_history_of_a_harmonic() {
     let pairs = (map(&by_history, "history").into_iter()).zip(map(&by_error, "error 2"));
     let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 2e-3, "{apart}");
+    let te = |found: &Value, cause: &str| {
+        number(&mesh(&found["cut"]["contact"], Some(cause))["unloaded_te_arcsec"])
+    };
+    let apart = te(&by_history, "history") - te(&by_error, "error 2");
+    assert!(apart.abs() < 0.05, "{apart}");
     let short = table.lines().take(2000).collect::<Vec<_>>().join("\n");
     put(folder.path(), "history.csv", &short);
     let file = folder.path().join("pair.toml");
@@ -192,7 +272,13 @@ fn keeps_files_of_a_cut() {
         "gear", "cut", &file, "--csv", &csv, "--svg", &svg, "--flank", &nodes,
     ]);
     assert_eq!(code, Some(0));
-    for word in ["scallops", "run-out", "all causes", "unloaded contact"] {
+    for word in [
+        "scallops",
+        "run-out",
+        "all causes",
+        "unloaded contact",
+        "mesh as cut",
+    ] {
         assert!(text.contains(word), "{word}\n{text}");
     }
     for name in ["m.svg", "m-causes.svg", "m-profile.svg", "m-blades.svg"] {

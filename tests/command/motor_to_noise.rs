@@ -74,6 +74,30 @@ fn law_motor_to_noise() {
         assert!(apart.abs() < 1e-9, "{line}");
     }
 
+    // Blades at the feed of the chain: scallops grow with its square from those of `geardyn gear cut` at 0.5°.
+    let blades = &own["blades"];
+    let step = number(&blades["cradle_deg_per_blade"]);
+    let few = "[cut]\nmember = \"pinion\"\nrows = 3\ncolumns = 3\n";
+    let pair = std::fs::read_to_string(path("pair.toml")).unwrap();
+    std::fs::write(path("few.toml"), pair.replacen("[cut]\n", few, 1)).unwrap();
+    let cut = document(&["gear", "cut", &path("few.toml"), "--json"]);
+    let concave = rows(&cut["cut"], "flanks")
+        .iter()
+        .find(|f| f["side"] == "concave")
+        .unwrap();
+    let highest = number(&concave["scallops_by_law"]["highest_um"]) * (step / 0.5).powi(2);
+    within(
+        "scallops at the feed of the generator, of `gear cut`",
+        (number(&blades["scallop_um"]) / highest - 1.0).abs(),
+        1e-9,
+    );
+    // Run-out within ±1.6 µm; what it turns the gear by is at most its depth over the lever of 59 mm.
+    let depth = number(&blades["flank_um"]);
+    assert!(depth > 1.0 && depth < 3.2, "{depth}");
+    let bound = (1e-6 * depth / 0.058_f64).to_degrees() * 3600.0;
+    let te = number(&blades["te_peak_to_peak_arcsec"]);
+    assert!(te > 0.2 * bound && te < bound, "{te} {bound}");
+
     // The pair as designed: `geardyn gear` at the torque.
     let gear = document(&["gear", &path("pair.toml"), "--json"]);
     let te_of: Vec<f64> = gear["mesh"]["te_arcsec"][0]

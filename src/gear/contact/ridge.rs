@@ -67,6 +67,8 @@ pub struct RidgePoint {
     pub edge: Option<Edge>,
     /// `[z, radius]` in the frames of pinion and gear, m.
     pub places: [[f64; 2]; 2],
+    /// Parameters `[u, θ, x]` of both flanks.
+    pub unknowns: [[f64; 3]; 2],
 }
 
 /// A place of a station with what the search needs.
@@ -76,16 +78,19 @@ struct Place {
     slope: f64,
     /// d²te/dh².
     bend: f64,
-    /// Parameters of the gear's flank.
-    gear: [f64; 3],
 }
 
 impl Place {
+    /// Parameters of the gear's flank.
+    fn gear(&self) -> [f64; 3] {
+        self.point.unknowns[1]
+    }
+
     /// Height and gear parameters at the next station, from the one before and this one.
     fn beyond(&self, before: &Place, face: f64) -> (f64, [f64; 3]) {
         let share = (face - self.point.face) / (self.point.face - before.point.face);
         let on = |last: f64, before: f64| last + share * (last - before);
-        let gear = std::array::from_fn(|i| on(self.gear[i], before.gear[i]));
+        let gear = std::array::from_fn(|i| on(self.gear()[i], before.gear()[i]));
         (on(self.point.height, before.point.height), gear)
     }
 }
@@ -117,7 +122,7 @@ impl RidgeStations {
             };
             let (height, gear) = match &near {
                 [Some(before), Some(last)] => last.beyond(before, station.face),
-                [_, Some(last)] => (last.point.height, last.gear),
+                [_, Some(last)] => (last.point.height, last.gear()),
                 _ => (0.5 * (bounds[0] + bounds[1]), self.gear_start),
             };
             let at =
@@ -192,7 +197,7 @@ impl RidgeStations {
         height: f64,
         gear_start: [f64; 3],
     ) -> Option<Place> {
-        let (_, pinion) = station.point(&pair.flanks[0], height, station.near(height)?)?;
+        let (pinion_at, pinion) = station.point(&pair.flanks[0], height, station.near(height)?)?;
         let tangent = along_section(&pinion.jet, pair.flanks[0].section.up(station.face));
         let pose = pair.pose(0, pinion_angle);
         let (point, normal) = (pose.apply(pinion.jet.r), pose.rotate(pinion.jet.n));
@@ -228,8 +233,8 @@ impl RidgeStations {
                 normal,
                 edge: None,
                 places: [pair.flanks[0].section.at(station.face, height), place],
+                unknowns: [pinion_at, gear],
             },
-            gear,
         })
     }
 }
@@ -330,7 +335,7 @@ fn highest(
             place.point.te += 0.5 * place.slope * (next - here);
             break;
         }
-        place = at(next, place.gear)?;
+        place = at(next, place.gear())?;
     }
     Some(place)
 }

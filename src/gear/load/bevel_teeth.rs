@@ -6,7 +6,7 @@
 //! stands for the fillet. Below the end of a flank (undercut limit) the tooth is as thick as at the end.
 
 use super::contact_line::ToothLoad;
-use super::flank_mesh::ToothBending;
+use super::flank_position::ToothBending;
 use super::material::Material;
 use super::tooth_plate::{PlateShape, RootMoment, ToothPlate};
 use crate::base::error::Error;

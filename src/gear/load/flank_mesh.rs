@@ -4,13 +4,13 @@
 //! between both. The ridge knows no load: it is computed once a position, for all torques. A line of a contact ellipse with a/b below
 //! 2.9, which has too few cells, becomes one cell with the closed form of that ellipse; a/b knows no load either.
 
-use super::contact_line::{ContactCell, ContactLine, ToothLoad};
-use super::elliptic_contact::{EllipticContact, greatest_shear};
-use super::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, LoadedPlace, StripChange};
+use super::contact_line::{ContactCell, ContactLine};
+use super::elliptic_contact::EllipticContact;
+use super::flank_position::{FlankPosition, ToothBending};
+use super::flank_result::{FlankCycle, FlankMeshResult, StripChange};
 use super::load_path::CarryingChange;
 use super::loaded_lines::{LineLoads, LoadedLines};
 use super::material::Material;
-use super::tooth_plate::RootMoment;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::contact::contact_path::ContactPath;
@@ -26,15 +26,6 @@ const LEAST_CURVATURE: f64 = 0.1;
 pub const LEAST_ASPECT: f64 = 2.9;
 /// Gap in transverse modules of the gear that no load closes: pairs of teeth further apart are left out.
 const FARTHEST: f64 = 0.1;
-
-/// Teeth that bend under a force at a place of their section.
-pub trait ToothBending: Sync {
-    /// The load on the tooth of a member under a unit force along the normal at `[z, radius]`.
-    fn at(&self, member: usize, place: [f64; 2]) -> Option<ToothLoad>;
-
-    /// Moment in the root line of a member's tooth under the sum of its shape functions, each times its force, N.
-    fn root_moment(&self, member: usize, loading: &[f64]) -> RootMoment;
-}
 
 /// Options of a mesh of flanks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +48,9 @@ impl Default for FlankMeshOptions {
     }
 }
 
+/// Metal that a member's flank has beyond its envelope at the parameters `[u, θ, x]`, along the normal, m.
+pub type FlankSurplus<'a> = dyn Fn(usize, [f64; 3]) -> f64 + Sync + 'a;
+
 /// Flanks ready to be loaded.
 pub struct FlankMesh<'a> {
     pair: &'a FlankPair,
@@ -64,24 +58,12 @@ pub struct FlankMesh<'a> {
     options: FlankMeshOptions,
     stations: RidgeStations,
     teeth: Option<&'a dyn ToothBending>,
+    surplus: Option<&'a FlankSurplus<'a>>,
 }
 
-/// The flanks at one angle.
-#[derive(Debug, Clone)]
-pub struct FlankPosition {
-    /// Transmission error without load, rad.
-    pub unloaded_te: f64,
-    /// The contact lines under load.
-    pub lines: LoadedLines,
-    /// Places of their cells.
-    pub ridges: Vec<Vec<RidgePoint>>,
-    /// Distance of each line's ellipse from the nearer end of its ridge, m; none of strips.
-    reaches: Vec<Option<f64>>,
-}
-
-impl FlankMesh<'_> {
+impl<'a> FlankMesh<'a> {
     /// Flanks with their unloaded path of contact; rigid teeth where none are given.
-    pub fn new<'a>(
+    pub fn new(
         pair: &'a FlankPair,
         path: &'a ContactPath,
         options: FlankMeshOptions,
@@ -95,7 +77,24 @@ impl FlankMesh<'_> {
             path,
             options,
             teeth,
+            surplus: None,
         }
+    }
+
+    /// The same flanks with a surplus, which to first order turns the gear ahead by surplus over arm where they touch. Contacts remain
+    /// strips.
+    pub fn with_surplus(self, surplus: &'a FlankSurplus<'a>) -> FlankMesh<'a> {
+        FlankMesh {
+            surplus: Some(surplus),
+            ..self
+        }
+    }
+
+    /// Turn by which the surplus of both flanks puts the gear ahead, rad, at their parameters and the arm of the normal.
+    fn ahead(&self, unknowns: [[f64; 3]; 2], arm: f64) -> f64 {
+        self.surplus.map_or(0.0, |surplus| {
+            (surplus(0, unknowns[0]) + surplus(1, unknowns[1])) / arm
+        })
     }
 
     /// The pinion's angle of a position, rad: a pitch from the reference contact on, by growing angle.
@@ -113,9 +112,12 @@ impl FlankMesh<'_> {
         let from = ((reference - angle) / pitch - REACH).ceil() as i32;
         let to = ((reference - angle) / pitch + REACH).floor() as i32;
         let numbers = (from..=to).map(|pair| {
-            let ridge = self
+            let mut ridge = self
                 .stations
                 .ridge(self.pair, angle + f64::from(pair) * pitch);
+            for point in &mut ridge {
+                point.te += self.ahead(point.unknowns, point.arm);
+            }
             (pair, ridge)
         });
         let found: Vec<(i32, Vec<RidgePoint>)> = numbers.filter(|(_, r)| r.len() > 1).collect();
@@ -130,7 +132,13 @@ impl FlankMesh<'_> {
                 .with_hint("the teeth part before the next pair meets: give larger face angles or another [assembly]")
         })?;
         let leading = self.pair.leading(self.path, angle);
-        let unloaded_te = leading.map_or(highest, |l| l.te.max(highest));
+        let unloaded_te = leading.map_or(highest, |leading| {
+            let [u, theta, x, u2, theta2, x2, _] = leading.contact.unknowns;
+            let arm = self.pair.turn(1).at(leading.contact.point);
+            let arm = arm.dot(leading.contact.normal).abs();
+            let ahead = self.ahead([[u, theta, x], [u2, theta2, x2]], arm);
+            highest.max(leading.te + ahead)
+        });
         let lowest = unloaded_te - 2.0 * FARTHEST / f64::from(self.pair.teeth[1]);
         let spacing = 1.0 / self.options.stations as f64;
         let (mut lines, mut ridges, mut reaches) = (Vec::new(), Vec::new(), Vec::new());
@@ -139,7 +147,8 @@ impl FlankMesh<'_> {
                 continue;
             }
             let mut cells = self.cells(&ridge, unloaded_te, spacing);
-            let ellipse = self.ellipse(&cells, &ridge);
+            let is_smooth = self.surplus.is_none();
+            let ellipse = is_smooth.then(|| self.ellipse(&cells, &ridge)).flatten();
             reaches.push(ellipse.as_ref().map(|(_, cell)| {
                 let [first, last] = [&cells[0], &cells[cells.len() - 1]];
                 let before = cell.along - first.along + 0.5 * first.length;
@@ -302,86 +311,6 @@ impl FlankMesh<'_> {
         };
         (0..ridge.len()).map(cell).collect()
     }
-}
-
-impl FlankPosition {
-    /// Results of a load at this position; `torque` is that of the gear, N·m.
-    fn load(&self, loads: &LineLoads, torque: f64, teeth: Option<&dyn ToothBending>) -> FlankLoad {
-        let mut load = FlankLoad {
-            te: self.unloaded_te - loads.turn,
-            secant: torque / loads.turn,
-            tangent: loads.tangent,
-            shares: Vec::with_capacity(self.lines.lines.len()),
-            pressure: None,
-            edge_share: 0.0,
-            shear: None,
-            coarse: 0.0,
-            ellipses: 0,
-            overhang: 0.0,
-            root_moments: Vec::with_capacity(self.lines.lines.len()),
-            places: Vec::new(),
-        };
-        for (k, line) in self.lines.lines.iter().enumerate() {
-            let mut share = 0.0;
-            for (i, cell) in line.cells.iter().enumerate() {
-                let (force, width) = (loads.forces[k][i], loads.widths[k][i]);
-                if !(force > 0.0) {
-                    continue;
-                }
-                let part = force * cell.arm / torque;
-                share += part;
-                let pressure = LoadedLines::pressure(cell, force, width);
-                let aspect = cell.ellipse.map(|ellipse| ellipse.aspect());
-                match (aspect, self.reaches[k]) {
-                    (Some(aspect), Some(reach)) => {
-                        load.ellipses += 1;
-                        load.overhang = load.overhang.max(aspect * width / reach);
-                    }
-                    _ => load.coarse = load.coarse.max(width / cell.length),
-                }
-                load.places.push(LoadedPlace {
-                    pair: line.pair,
-                    at: self.ridges[k][i].places,
-                    face: self.ridges[k][i].face,
-                    force,
-                    line_load: 0.5 * std::f64::consts::PI * width * pressure,
-                    pressure,
-                    width,
-                    on_edge: cell.on_edge,
-                });
-                if cell.on_edge {
-                    load.edge_share += part;
-                } else if load.pressure.is_none_or(|most| pressure > most) {
-                    load.pressure = Some(pressure);
-                    let [depth, size] = greatest_shear(aspect.map_or(0.0, f64::recip));
-                    load.shear = Some([depth * width, size * pressure]);
-                }
-            }
-            load.shares.push((line.pair, share));
-            let moments = teeth.and_then(|teeth| root_moments(teeth, line, &loads.forces[k]));
-            load.root_moments.extend(moments.map(|m| (line.pair, m)));
-        }
-        load
-    }
-}
-
-/// Moments in the root lines of both teeth of a line under its forces; none where teeth are rigid there.
-fn root_moments(
-    teeth: &dyn ToothBending,
-    line: &ContactLine,
-    forces: &[f64],
-) -> Option<[RootMoment; 2]> {
-    let member = |k: usize| {
-        let mut loading: Vec<f64> = Vec::new();
-        for (cell, force) in line.cells.iter().zip(forces) {
-            let shape = &cell.teeth.as_ref()?[k].shape;
-            loading.resize(shape.len(), 0.0);
-            let sums = loading.iter_mut().zip(shape);
-            sums.for_each(|(sum, value)| *sum += force * value);
-        }
-        Some(teeth.root_moment(k, &loading))
-    };
-    Some([member(0)?, member(1)?])
 }
 
 /// Principal curvatures of a gap whose curvature is `along` a ridge and `over` the height, which it makes the angle of `cosine` with: the

@@ -30,6 +30,9 @@ pub mod load_path;
 /// Results of flanks in space over one pitch.
 pub mod flank_result;
 
+/// Flanks in space at one angle, and a load on them.
+pub mod flank_position;
+
 /// Loaded contact of flanks in space.
 pub mod flank_mesh;
 

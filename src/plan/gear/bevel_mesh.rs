@@ -10,7 +10,8 @@ use crate::gear::contact::contact_path::ContactPath;
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::reference::ContactForces;
 use crate::gear::load::bevel_teeth::BevelTeeth;
-use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, LEAST_ASPECT, ToothBending};
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, FlankSurplus, LEAST_ASPECT};
+use crate::gear::load::flank_position::ToothBending;
 use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult, StripChange};
 use crate::gear::load::material::Material;
 use crate::plan::decision::StageDecision;
@@ -57,14 +58,15 @@ pub struct LoadedPair<'a> {
     path: &'a ContactPath,
     options: FlankMeshOptions,
     teeth: Option<BevelTeeth>,
+    surplus: Option<&'a FlankSurplus<'a>>,
 }
 
-impl LoadedPair<'_> {
+impl<'a> LoadedPair<'a> {
     /// The flanks of a path of contact; a gear without its tooth makes both rigid.
     ///
     /// # Errors
     /// As `BevelTeeth::new`.
-    pub fn new<'a>(
+    pub fn new(
         file: &'a BevelFile,
         teeth: [Option<&BevelTooth>; 2],
         (pair, path): (&'a FlankPair, &'a ContactPath),
@@ -81,7 +83,16 @@ impl LoadedPair<'_> {
             path,
             options,
             teeth,
+            surplus: None,
         })
+    }
+
+    /// The same with flanks that carry a surplus.
+    pub fn with_surplus(self, surplus: &'a FlankSurplus<'a>) -> LoadedPair<'a> {
+        LoadedPair {
+            surplus: Some(surplus),
+            ..self
+        }
     }
 
     /// The mesh at torques of the pinion, N·m.
@@ -129,7 +140,11 @@ impl LoadedPair<'_> {
     }
 
     fn flank_mesh(&self) -> FlankMesh<'_> {
-        FlankMesh::new(self.pair, self.path, self.options, self.bending())
+        let ideal = FlankMesh::new(self.pair, self.path, self.options, self.bending());
+        match self.surplus {
+            Some(surplus) => ideal.with_surplus(surplus),
+            None => ideal,
+        }
     }
 
     fn bending(&self) -> Option<&dyn ToothBending> {

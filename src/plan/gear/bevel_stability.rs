@@ -3,7 +3,8 @@
 use crate::base::error::Error;
 use crate::base::quantity::format_number;
 use crate::gear::contact::pair::{Assembly, FlankPair};
-use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions};
+use crate::gear::load::flank_position::ToothBending;
 use crate::gear::load::flank_result::FlankCycle;
 use crate::numeric::parallel;
 use crate::numeric::statistics::peak_to_peak;

@@ -4,6 +4,8 @@ use super::cut_chips::{self, ChipResult};
 use super::cut_contact::{CutContact, contact};
 use super::cut_flank::{CauseResult, CutFlankResult, flank, flank_node};
 use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
+use crate::base::text::pluralise;
 use crate::gear::bevel::tooth::SIDES;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -42,7 +44,7 @@ pub fn run(file: &CutFile) -> Result<CutResult, Error> {
     for flank in &flanks {
         diagnostics.extend(left_out(flank));
     }
-    let contact = contact(file, &flanks, &mut diagnostics);
+    let contact = contact(file, &flanks, &mut diagnostics)?;
     let is_cut = |member: &usize| file.study.member.is_none_or(|only| only == *member);
     let members = [0, 1].into_iter().filter(is_cut);
     let chips: Vec<_> = members
@@ -76,6 +78,26 @@ fn left_out(flank: &CutFlankResult) -> Option<Diagnostic> {
         ),
         hint: Some("the undercut function D is near zero there; see the limits of `geardyn gear`".into()),
     })
+}
+
+/// The stage of the mesh of each cause.
+fn mesh_decision(file: &CutFile, contact: Option<&CutContact>) -> StageDecision {
+    let Some(contact) = contact else {
+        return StageDecision::LeftOut("flanks that do not touch have no mesh".into());
+    };
+    let Some(ideal) = contact.meshes.first() else {
+        return StageDecision::LeftOut("the flanks do not touch at every angle".into());
+    };
+    let load = match ideal.loaded {
+        Some(loaded) => format!("at {} N·m of the pinion", format_number(loaded.torque)),
+        None => "without load: no torque is given in [mesh]".into(),
+    };
+    StageDecision::Runs(format!(
+        "{} × {} positions × {} stations, {load}; deviations to first order over the arms, scallops by their mean",
+        pluralise(contact.meshes.len(), "cut"),
+        file.bevel.mesh.positions,
+        file.bevel.mesh.stations
+    ))
 }
 
 fn plan(
@@ -141,6 +163,7 @@ fn plan(
                 None => LeftOut("the flanks that touch are not both described, or do not touch".into()),
             },
         ),
+        ("mesh", mesh_decision(file, contact)),
         ("chips", cut_chips::decision(chips)),
         (
             "regeneration",

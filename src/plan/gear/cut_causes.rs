@@ -16,6 +16,8 @@ use crate::scene::cut_study::{ChainError, CutTarget};
 pub const REGULAR: &str = "regular blades";
 /// Name of the cut by blades with their run-out.
 pub const RUN_OUT: &str = "run-out";
+/// Name of the cut with every cause.
+pub const ALL: &str = "all causes";
 
 /// A cause with the conditions of the cut.
 pub struct CutCause {
@@ -77,7 +79,7 @@ pub fn of_flank(
     }
     if causes.len() > 2 {
         causes.push(CutCause {
-            name: "all causes".into(),
+            name: ALL.into(),
             conditions: all,
         });
     }

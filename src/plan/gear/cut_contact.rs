@@ -1,9 +1,10 @@
 //! The unloaded contact of a pair whose flanks carry the errors of the generator's chain: exact on the changed envelopes.
 
 use super::bevel_contact::{self, BevelContact};
-use super::cut_causes::{REGULAR, RUN_OUT, chain_errors, cradle_order};
+use super::cut_causes::{chain_errors, cradle_order};
 use super::cut_flank::CutFlankResult;
-use crate::base::error::Diagnostic;
+use super::cut_mesh::{CutMesh, meshes};
+use crate::base::error::{Diagnostic, Error};
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::cut::blade_passes::angle_lever;
 use crate::plan::decision::StageDecision;
@@ -21,9 +22,11 @@ pub struct CutContact {
     pub ideal: ContactSummary,
     /// With the errors of the chain; or why it is left out.
     pub changed: Result<ContactSummary, String>,
-    /// Bound of the change that scallops and run-out make of the transmission error, rad: their range over the lever of the force on the
-    /// gear.
-    pub blade_bound: f64,
+    /// The mesh of the ideal flanks and of those of each cause, scallops by their mean.
+    pub meshes: Vec<CutMesh>,
+    /// Bound of what the crests of the scallops add to the transmission error, rad: the highest scallop of each member over the lever of
+    /// the force on the gear.
+    pub scallop_bound: f64,
 }
 
 /// A contact in short.
@@ -52,37 +55,36 @@ impl CutContact {
     pub fn decision(&self) -> StageDecision {
         match &self.changed {
             Ok(_) => StageDecision::Runs(
-                "unloaded, exact on the envelopes that the errors of the chain change; scallops and run-out by their bound".into(),
+                "unloaded, exact on the envelopes that the errors of the chain change".into(),
             ),
             Err(why) => StageDecision::Runs(format!(
-                "unloaded, of the ideal flanks; not with errors: {why}; scallops and run-out by their bound"
+                "unloaded, of the ideal flanks; not with errors: {why}"
             )),
         }
     }
 }
 
 /// The contact of the flanks that touch; none where one is not described or they do not touch.
+///
+/// # Errors
+/// As [`meshes`].
 pub fn contact(
     file: &CutFile,
     flanks: &[CutFlankResult],
     diagnostics: &mut Vec<Diagnostic>,
-) -> Option<CutContact> {
+) -> Result<Option<CutContact>, Error> {
     let bevel = &file.bevel;
     let sides = bevel.contact.side.flanks();
     let [Some(pinion), Some(gear)] = [0, 1].map(|k| bevel.flank(k, sides[k])) else {
-        return None;
+        return Ok(None);
     };
     let touching = flanks.iter().filter(|f| f.side == sides[f.member]);
-    let ideal = bevel_contact::contact(bevel, [pinion.clone(), gear.clone()], diagnostics)?;
-    let lever = ideal.forces.levers[1];
-    let range = |f: &CutFlankResult| {
-        let by_blades = (f.causes.iter()).filter(|c| [REGULAR, RUN_OUT].contains(&c.name.as_str()));
-        let ranges = by_blades
-            .filter_map(|c| c.map.statistics)
-            .map(|s| s.highest - s.lowest);
-        ranges.fold(0.0, f64::max)
+    let found = bevel_contact::contact(bevel, [pinion.clone(), gear.clone()], diagnostics);
+    let Some(ideal) = found else {
+        return Ok(None);
     };
-    let blade_bound = touching.clone().map(range).sum::<f64>() / lever;
+    let scallops = touching.clone().filter_map(|f| f.scallops.statistics);
+    let scallop_bound = scallops.map(|s| s.highest).sum::<f64>() / ideal.forces.levers[1];
     let is_chain = |t: CutTarget| t != CutTarget::Cutter;
     let changed = if !file.study.errors.iter().any(|e| is_chain(e.target)) {
         Err("no error of cradle or work is given".into())
@@ -99,11 +101,12 @@ pub fn contact(
             .map(|c| ContactSummary::of(&c))
             .ok_or_else(|| "the changed flanks do not touch near the middle of their teeth".into())
     };
-    Some(CutContact {
+    Ok(Some(CutContact {
         ideal: ContactSummary::of(&ideal),
         changed,
-        blade_bound,
-    })
+        meshes: meshes(bevel, &ideal, flanks, diagnostics)?,
+        scallop_bound,
+    }))
 }
 
 /// Puts the errors of the chain into the motion that makes a flank.

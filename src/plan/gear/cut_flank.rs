@@ -53,6 +53,8 @@ pub struct CauseResult {
     pub map: DeviationMap,
     /// Share of the nodes that each blade finishes.
     pub blade_shares: Vec<f64>,
+    /// The passes.
+    pub passes: BladePasses,
 }
 
 /// Deviations over a flank.
@@ -153,6 +155,7 @@ fn cause(cause: &CutCause, passes: &BladePasses, grid: &FlankGrid) -> CauseResul
         map: DeviationMap::new(cuts.iter().map(|c| Some((*c)?.deviation)).collect(), grid),
         blade_shares: counts.into_iter().map(|count| count / all).collect(),
         cuts,
+        passes: passes.clone(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::bevel_member::{self, GRID};
 use super::bevel_mesh::LoadedPair;
+use super::blade_effect::BladeEffect;
 use super::cut_flank::flank_node;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -35,6 +36,8 @@ pub struct CutPair {
     pub loaded: Option<CutLoad>,
     /// The cut flank.
     pub flank: BevelFlank,
+    /// Blades at the feed of the generator, which are not on the cut flank; none where head or feed is not known.
+    pub blades: Option<BladeEffect>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -60,7 +63,8 @@ pub struct CutLoad {
 }
 
 impl CutPair {
-    /// The pair of a file with errors of the roll on the touching flank of a member.
+    /// The pair of a file with errors of the roll on the touching flank of a member; under a torque of the pinion, N·m, and with blades at
+    /// a feed, rad of the cradle in a turn of the cutter, where they are given.
     ///
     /// # Errors
     /// A flank that does not roll or is not described; flanks that do not touch at every angle; as [`LoadedPair::mesh`].
@@ -68,7 +72,7 @@ impl CutPair {
         file: &BevelFile,
         member: usize,
         errors: &[RollError],
-        torque: Option<f64>,
+        (torque, cradle_per_turn): (Option<f64>, Option<f64>),
     ) -> Result<CutPair, Error> {
         let refused = |why: &str, hint: &str| {
             Error::new(Code::OutOfRange, why)
@@ -157,6 +161,8 @@ impl CutPair {
                 None => None,
             },
             flank,
+            blades: cradle_per_turn
+                .and_then(|feed| BladeEffect::of(file, member, (&pair, &path), feed)),
             diagnostics,
         })
     }

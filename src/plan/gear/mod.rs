@@ -81,6 +81,9 @@ pub mod synthesis;
 /// One flank as discrete blades cut it.
 pub mod cut_flank;
 
+/// Transmission error and pattern of a pair as it is cut.
+pub mod cut_mesh;
+
 /// Contact of a pair as it is cut.
 pub mod cut_contact;
 
@@ -89,6 +92,9 @@ pub mod cut_chips;
 
 /// A pair as discrete blades cut it.
 pub mod cut;
+
+/// Size of what discrete blades leave.
+pub mod blade_effect;
 
 /// A pair that carries the errors of its generator's roll.
 pub mod cut_pair;

@@ -1,5 +1,6 @@
 //! Errors of a generator's chain as they reach the flank of its work and the pair that the work is part of.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use super::bevel_curves;
@@ -25,12 +26,13 @@ use crate::transmission::order_lines::{self, LineOrigin, OrderLine};
 /// Largest relative difference of the ratio of the settings from that of the chain: roll change gears meet a ratio to a few parts in a
 /// million.
 const SAME_RATIO: f64 = 1e-5;
+/// Largest turn of the cradle in a turn of the cutter, rad: with more it is no cutter that rolls a flank.
+const LARGEST_FEED: f64 = 1.0;
 /// Lines below this share of the largest are rounding: errors that move cradle and work alike.
 const ROUNDING: f64 = 1e-9;
 
 /// Effects that a cut pair leaves out.
 pub const LEFT_OUT: &[&str] = &[
-    "discrete blades with their run-out (`geardyn gear cut`)",
     "deflection of the generator under the cut, and regeneration",
     "thermal growth",
     "differences from tooth to tooth (`te --index`)",
@@ -95,7 +97,8 @@ impl WorkResult {
             (true, [torque]) => Some(*torque),
             _ => None,
         };
-        let pair = CutPair::new(&work.bevel, work.member, &errors, torque)?;
+        let feed = cradle_per_turn(machine, work, chain)?;
+        let pair = CutPair::new(&work.bevel, work.member, &errors, (torque, feed))?;
         let row = |((line, value), effect): (&&(&OrderLine, Complex), &ErrorEffect)| {
             let (source, cause) = match line.origin {
                 LineOrigin::Declared(number) => {
@@ -205,19 +208,46 @@ impl WorkResult {
 /// # Errors
 /// Nodes that do not exist.
 pub fn ends(machine: &Machine, work: &GeneratorWork) -> Result<ChainEnds, Error> {
-    let dof = |name: &Name| {
-        machine.dof(&name.text).ok_or_else(|| {
-            Error::new(Code::UnknownNode, format!("no node `{}`", name.text))
-                .with_span(&name.span)
-                .with_hint("[work] names the nodes that are `cradle` and `work`")
-        })
-    };
-    let output = dof(&work.work)?;
+    let output = dof(machine, &work.work)?;
     Ok(ChainEnds {
         driver: output,
         output,
-        relative_to: Some(dof(&work.cradle)?),
+        relative_to: Some(dof(machine, &work.cradle)?),
     })
+}
+
+/// Degree of freedom of a node of `[work]`.
+fn dof(machine: &Machine, name: &Name) -> Result<usize, Error> {
+    machine.dof(&name.text).ok_or_else(|| {
+        Error::new(Code::UnknownNode, format!("no node `{}`", name.text))
+            .with_span(&name.span)
+            .with_hint("[work] names the nodes that are `cradle`, `work` and `cutter`")
+    })
+}
+
+/// Turn of the cradle in a turn of the cutter, rad; none where the cutter is not named.
+fn cradle_per_turn(
+    machine: &Machine,
+    work: &GeneratorWork,
+    chain: &TransmissionChain,
+) -> Result<Option<f64>, Error> {
+    let Some(cutter) = &work.cutter else {
+        return Ok(None);
+    };
+    let turns = |dof: usize| chain.ratio(dof).map(|turns| turns.to_f64());
+    let cradle = chain.ends.relative_to.and_then(turns);
+    let feed = cradle.zip(turns(dof(machine, cutter)?).filter(|t| *t != 0.0));
+    let feed = feed.map(|(cradle, cutter)| TAU * (cradle / cutter).abs());
+    let Some(feed) = feed.filter(|feed| *feed <= LARGEST_FEED) else {
+        let message = format!(
+            "`{}` does not turn faster than the cradle by the chain",
+            cutter.text
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .with_span(&cutter.span)
+            .with_hint("name the node of the cutter head, or leave `cutter` out"));
+    };
+    Ok(Some(feed))
 }
 
 /// Ratio of roll of the flank that is cut, work over cradle.

@@ -1,0 +1,89 @@
+//! Size of what the blades of a head leave on the touching flank of a member, and in its pair to first order over the arm of the normal.
+//!
+//! Teeth of one gear meet the blades in other phases: each size is the largest over as many phases as the head has blades.
+
+use super::bevel_member::GRID;
+use super::cut_flank::flank_node;
+use crate::gear::bevel::flank_grid::FlankGrid;
+use crate::gear::contact::contact_path::ContactPath;
+use crate::gear::contact::pair::FlankPair;
+use crate::gear::cut::blade_passes::{BladePasses, CutConditions, scallop_height};
+use crate::gear::cut::cutter_head::BladeFeed;
+use crate::numeric::statistics::extremes;
+use crate::scene::bevel_file::BevelFile;
+
+/// Sizes of the effect of discrete blades.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BladeEffect {
+    /// Feed of the roll.
+    pub feed: BladeFeed,
+    /// Greatest height of the scallops by the law, m.
+    pub scallop: f64,
+    /// Largest difference between places of the flank, scallops by their mean, m.
+    pub flank: f64,
+    /// Largest peak-to-peak transmission error over the leading contacts of a pitch, scallops by their mean, rad.
+    pub te: f64,
+}
+
+impl BladeEffect {
+    /// The blades of `[cut]` of a file at `cradle_per_turn` rad of the cradle in a turn of the cutter; none without `[cut]` and a
+    /// generated flank that touches at every angle.
+    pub fn of(
+        file: &BevelFile,
+        member: usize,
+        (pair, path): (&FlankPair, &ContactPath),
+        cradle_per_turn: f64,
+    ) -> Option<BladeEffect> {
+        let study = file.cut.as_ref()?;
+        let feed = BladeFeed {
+            cradle_per_turn: cradle_per_turn.copysign(study.cradle_speed?),
+            ..study.feed(true)
+        };
+        let conditions = CutConditions {
+            offsets: study.offsets.clone(),
+            ..CutConditions::regular(feed)
+        };
+        let side = file.contact.side.flanks()[member];
+        let cut = file.members[member].flanks[side].as_ref()?;
+        let flank = &pair.flanks[member];
+        let machine = (&cut.cutter, &cut.settings, file.hand_of(member));
+        let depth = flank.section.depth();
+        let passes = BladePasses::new(machine, depth, flank.middle()?[1], &conditions);
+        let grid = FlankGrid::of(flank, GRID[0], GRID[1])?;
+        let nodes = || grid.nodes.iter().filter_map(flank_node);
+        let positions = file.contact.positions;
+        let contacts = (0..positions).map(|i| {
+            let angle = path.reference.pinion_angle + pair.pitch() * i as f64 / positions as f64;
+            let contact = pair.leading(path, angle)?.contact;
+            let at = &contact.unknowns[3 * member..];
+            let arm = pair.turn(1).at(contact.point).dot(contact.normal).abs();
+            Some((flank.envelope.point([at[0], at[1], at[2]])?, arm))
+        });
+        let contacts: Vec<_> = contacts.collect::<Option<_>>()?;
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            let (low, high) = extremes(values);
+            high - low
+        };
+        let largest = |at: &dyn Fn(f64) -> f64| {
+            (0..feed.blades)
+                .map(|k| at(f64::from(k)))
+                .fold(0.0, f64::max)
+        };
+        let on_flank =
+            |phase: f64| range(&mut nodes().filter_map(|p| passes.mean_deviation(p, phase)));
+        let in_pair = |phase: f64| {
+            let ahead = contacts
+                .iter()
+                .filter_map(|(p, arm)| Some(passes.mean_deviation(p, phase)? / arm));
+            range(&mut ahead.into_iter())
+        };
+        Some(BladeEffect {
+            feed,
+            scallop: nodes()
+                .map(|p| scallop_height(&p.second_order, feed.step()))
+                .fold(0.0, f64::max),
+            flank: largest(&on_flank),
+            te: largest(&in_pair),
+        })
+    }
+}
