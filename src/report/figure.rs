@@ -132,7 +132,9 @@ pub struct PlotColumn {
 /// Events of one kind.
 #[derive(Debug, Clone, Default)]
 pub struct EventMarks {
-    /// Name in the key.
+    /// Kind.
+    pub kind: String,
+    /// Name in the key: the kind with its number.
     pub name: String,
     /// Colour.
     pub ink: usize,

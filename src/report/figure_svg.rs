@@ -310,6 +310,13 @@ fn draw_plot(canvas: &mut Canvas, plot: &Plot, events: &[EventMarks], layout: &L
         true => equal_scales(x, y, layout),
         false => (x, y),
     };
+    // The curves end above the ticks of events.
+    let rows = match plot.y.range {
+        Some(_) => 0.0,
+        None => EVENT_ROW * events.len() as f64,
+    };
+    let above = layout.down.1 - layout.down.0 - rows;
+    let y = (y.0 - (y.1 - y.0) * rows / above, y.1);
     let panel = Panel::new(layout.across, layout.down, x, y);
     for band in &plot.bands {
         let ends = [band.from, band.to].map(|v| plot.x.position(v).clamp(x.0, x.1));

@@ -7,6 +7,8 @@ use super::gear::{geometry_json, member_table, title_lines};
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
+use super::turning_view::turning_view;
+use super::view::View;
 use crate::base::error::Error;
 use crate::plan::gear::sheet::{GearSheet, SheetColumn, SheetPlot, SheetTable};
 
@@ -58,6 +60,11 @@ impl Presentation for GearSheet {
 
     fn notes(&self) -> String {
         step_lines(steps(&self.plan))
+    }
+
+    fn views(&self) -> Vec<View> {
+        let pair = self.in_space.iter();
+        pair.map(|pair| turning_view(pair, self.members)).collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

@@ -166,6 +166,8 @@ mod gear_cut_plot;
 
 mod surface_view;
 
+mod turning_view;
+
 pub mod gear_sheet;
 
 mod bevel_stability;

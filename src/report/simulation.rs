@@ -184,6 +184,7 @@ fn event_marks(setup: &SimulationSetup, events: &[EventRecord]) -> Vec<EventMark
             stride => format!(", 1 of {stride} marked"),
         };
         EventMarks {
+            kind: e.kind.name().into(),
             name: format!("{}: {}{thinned}", e.kind.name(), e.count),
             ink: e.kind as usize + 1,
             x: e.events.iter().map(|e| e.0).collect(),

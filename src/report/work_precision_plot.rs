@@ -47,10 +47,8 @@ pub fn figure(
         [line, points]
     };
     let known = floor > 0.0 && floor.is_finite();
-    let guide = known.then(|| Guide {
-        name: format!("dotted: {called}, {floor:.1e}"),
-        ..Guide::horizontal(floor)
-    });
+    let guide = known.then(|| Guide::horizontal(floor));
+    let note = known.then(|| format!("dotted: {called}, {floor:.1e}"));
     let (low, high) = points
         .iter()
         .map(error)
@@ -65,7 +63,7 @@ pub fn figure(
         range: (low <= high).then(|| (low / HALF_DECADE, high.min(LARGEST) * HALF_DECADE)),
         ..Axis::log("error")
     };
-    PlotColumn::one(
+    let figure = PlotColumn::one(
         title,
         Plot {
             guides: guide.into_iter().collect(),
@@ -74,5 +72,9 @@ pub fn figure(
             empty: "no run came to its end",
             ..Plot::new(x, y)
         },
-    )
+    );
+    PlotColumn {
+        note: note.unwrap_or_default(),
+        ..figure
+    }
 }

@@ -33,6 +33,9 @@ const KINDS: &[&str] = &[
     "gear models/gears/bevel_12_36.toml --vh",
     "gear models/gears/straight_20_40.toml",
     "gear models/gears/hypoid_13_42.toml",
+    "gear models/gears/worm_zi_2_40.toml",
+    "gear models/gears/worm_plane_1_40.toml",
+    "gear models/gears/crossed_15_24.toml",
     "gear cut models/gears/bevel_12_36.toml",
     "run examples/y2250_te.toml",
 ];
@@ -43,6 +46,7 @@ const SECOND: &[&str] = &[
     "gear models/gears/bevel_12_36.toml",
     "simulate examples/linear_chain.toml",
     "gear models/gears/fzg_c.toml",
+    "gear models/gears/worm_zi_2_40.toml",
 ];
 
 /// Largest page but for its data, bytes.
@@ -152,6 +156,40 @@ fn exact_cut_flank_is_drawn() {
     let ends = [f64::min, f64::max].map(|of| surplus.iter().copied().reduce(of).unwrap());
     assert_eq!(surface["lowest_um"].as_f64(), Some(ends[0]));
     assert_eq!(surface["highest_um"].as_f64(), Some(ends[1]));
+}
+
+/// The surface of a cut flank is drawn in the colours of its values: both ends of the scale are seen, each about as often as among the nodes.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_cut_flank_has_its_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    write_page(&["te", "examples/y2250_pinion.toml"], &page);
+    let text = std::fs::read_to_string(&page).unwrap();
+    let mut browser = Browser::start(folder.path());
+    browser.open(&format!("file://{}", page.display()));
+    assert!(text.contains("\"surface\""));
+    // Seen along the normal, each node has its share of the picture; light keeps the ratios of a colour.
+    let seen = "(() => { Object.assign(G.spaces[0], { tilt: 1.5 }); for (const show of G.redraws) show(); const c = G.spaces[0].canvas, copy = new OffscreenCanvas(c.width, c.height).getContext('2d'); copy.drawImage(c, 0, 0); const d = copy.getImageData(0, 0, c.width, c.height).data, paper = [d[0], d[1], d[2]]; const counts = [0, 0, 0]; for (let i = 0; i < d.length; i += 4) { const [r, g, b] = [d[i], d[i + 1], d[i + 2]]; if (paper.every((v, k) => Math.abs(v - d[i + k]) < 3)) continue; counts[0]++; if (b > g) counts[1]++; if (g > 1.15 * b) counts[2]++; } return counts; })()";
+    let seen = browser.value(seen);
+    let [all, low, high] = [0, 1, 2].map(|k| seen[k].as_f64().unwrap());
+    // Viridis turns from more blue to more green at half of the scale.
+    let document = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(["te", "examples/y2250_pinion.toml", "--json"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let document: Value = serde_json::from_slice(&document.stdout).unwrap();
+    let values = document["works"][0]["surplus_um"].as_array().unwrap();
+    let values: Vec<f64> = values.iter().filter_map(Value::as_f64).collect();
+    let ends = [f64::min, f64::max].map(|of| values.iter().copied().reduce(of).unwrap());
+    let below = values
+        .iter()
+        .filter(|v| **v < 0.5 * (ends[0] + ends[1]))
+        .count();
+    let share = below as f64 / values.len() as f64;
+    assert!(all > 5000.0 && low > 0.0 && high > 0.0, "{seen}");
+    assert!((low / all - share).abs() < 0.1, "{seen}: {share}");
 }
 
 /// The train of a planetary stage in the document: nodes by name, their coordinates, planets at their angles, a place for each.
@@ -464,6 +502,45 @@ fn law_gears_turn_in_space() {
     complaints(&mut browser, "without WebGL", &address);
 }
 
+/// Worms and crossed gears in space: the contact of the moment is drawn in its colour through the gear, it moves with the angle, the camera
+/// goes near it, and keys turn the view.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_worms_turn_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let mut browser = Browser::start(folder.path());
+    for (name, contact) in [
+        ("worm_zi_2_40", "lines of contact"),
+        ("worm_plane_1_40", "lines of contact"),
+        ("crossed_15_24", "of contact"),
+    ] {
+        write_page(&["gear", &format!("models/gears/{name}.toml")], &page);
+        let address = format!("file://{}", page.display());
+        browser.open(&address);
+        browser.value("(G.players[0].set(false), document.querySelector('.space').scrollIntoView({ block: 'center' }), 0)");
+        let shown = "(phase) => { const a = document.querySelector('.pair input[type=range]'); a.value = phase; a.dispatchEvent(new Event('input')); return document.querySelector('.pair > .note').textContent; }";
+        let text = browser.value(&format!("({shown})(0.25)"));
+        assert!(text.as_str().unwrap().contains(contact), "{name}: {text}");
+        browser.value("(document.querySelectorAll('.pair input[type=checkbox]')[1].click(), 0)");
+        // The contact is the only green of the picture.
+        let green = "(() => { const c = document.querySelector('.space'), copy = new OffscreenCanvas(c.width, c.height).getContext('2d'); copy.drawImage(c, 0, 0); const d = copy.getImageData(0, 0, c.width, c.height).data; let count = 0; for (let i = 0; i < d.length; i += 4) if (d[i + 1] > d[i] + 25 && d[i + 1] > d[i + 2] + 25) count++; return count; })()";
+        let near = browser.value(green).as_u64().unwrap();
+        assert!(near > 50, "{name}: {near} pixels of contact");
+        let picture = "document.querySelector('.space').toDataURL()";
+        let before = browser.value(picture);
+        browser.value(&format!("({shown})(0.4)"));
+        assert_ne!(browser.value(picture), before, "{name}: the angle");
+        browser.value("(document.querySelector('.space').focus(), 0)");
+        let before = browser.value(picture);
+        browser.press("ArrowLeft");
+        assert_ne!(browser.value(picture), before, "{name}: key ←");
+        browser.press("ArrowRight");
+        assert_eq!(browser.value(picture), before, "{name}: key →");
+        complaints(&mut browser, name, &address);
+    }
+}
+
 /// The spectrum of a shown range: a sine on a line has its amplitude there and nothing three lines on; the button follows the zoom.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
@@ -532,6 +609,15 @@ fn law_events_are_marked() {
         let shown = text.rsplit(' ').next().unwrap().parse::<f64>().unwrap();
         let exact = found[1].as_f64().unwrap();
         assert!((shown - exact).abs() < 1e-5 * exact, "{text}: {exact}");
+    }
+    // Of a row of ticks on white, in whatever share of a pixel: events without ink near their instant, and columns of its ink far from every event.
+    let pixels = "[0, 1].map((row) => { const p = G.plots[1], u = p.u, d = devicePixelRatio, { left, top, width, height } = u.bbox, { x, ink } = p.events[row], hex = getComputedStyle(document.documentElement).getPropertyValue('--series-' + ink).trim(), rgb = [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16)), data = u.ctx.getImageData(left, Math.round(top + height - (8 * row + 7) * d), width, 6).data, inked = (i) => [0, 1, 2, 3, 4, 5].some((j) => { const n = 4 * (j * width + i); const far = (of) => rgb.reduce((sum, v, k) => sum + Math.abs(v - of(k)), 0); return data[n + 3] > 60 && far((k) => data[n + k]) < 0.65 * far(() => 255); }), at = Array.from(x, (v) => u.valToPos(v, 'x') * d), near = (i) => at.some((a) => Math.abs(a - i) < 2.5); let [missing, stray] = [[], []]; for (const a of at) if (a > 2 && a < width - 2 && ![-1, 0, 1].some((k) => inked(Math.round(a) + k))) missing.push(a); for (let i = 0; i < width; i++) if (inked(i) && !near(i)) stray.push(i); return [missing, stray, at.length]; })";
+    for row in browser.value(pixels).as_array().unwrap() {
+        assert_eq!(
+            row.as_array().unwrap()[..2],
+            [json!([]), json!([])],
+            "{row}"
+        );
     }
     let csv = browser.value("G.csv(G.plots[0])");
     let rows = |text: &str, name: &str| text.lines().filter(|l| l.starts_with(name)).count() as u64;

@@ -38,4 +38,5 @@ mod plane_worm;
 mod random_files;
 mod rough_settings;
 mod straight_bevel;
+mod turning_pairs;
 mod worm_interference;

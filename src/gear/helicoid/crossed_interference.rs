@@ -80,7 +80,7 @@ impl CrossedPair {
     }
 
     /// Phase of the flank through a point; none within the base cylinder.
-    fn phase(&self, path: &CrossedPath, gear: usize, point: Vector) -> Option<f64> {
+    pub(super) fn phase(&self, path: &CrossedPath, gear: usize, point: Vector) -> Option<f64> {
         let of = &self.gears[gear];
         let at = self.place(gear, point);
         let unwound = involute(of.base_radius, at.radius);
@@ -89,8 +89,8 @@ impl CrossedPair {
     }
 
     /// Sense σ of the azimuth in which a gear's flank looks.
-    fn sense(&self, path: &CrossedPath, gear: usize) -> f64 {
-        let axis = [Vector::Z, self.second_axis()][gear];
+    pub(super) fn sense(&self, path: &CrossedPath, gear: usize) -> f64 {
+        let axis = self.axis(gear);
         let foot = Vector::X * (gear as f64 * self.centre_distance);
         let outward = path.direction * [1.0, -1.0][gear];
         axis.cross(path.tangent_points[gear] - foot)
@@ -100,7 +100,7 @@ impl CrossedPair {
 
     /// Cylindrical coordinates of a point about the axis of a gear; azimuth from x.
     fn place(&self, gear: usize, point: Vector) -> Cylindrical {
-        let axis = [Vector::Z, self.second_axis()][gear];
+        let axis = self.axis(gear);
         let r = point - Vector::X * (gear as f64 * self.centre_distance);
         let (x, y) = (r.x, axis.cross(Vector::X).dot(r));
         Cylindrical {
@@ -119,6 +119,6 @@ struct Cylindrical {
 }
 
 /// `inv a` with `cos a = r_b/r`.
-fn involute(base: f64, radius: f64) -> f64 {
+pub(super) fn involute(base: f64, radius: f64) -> f64 {
     inv((base / radius).acos())
 }

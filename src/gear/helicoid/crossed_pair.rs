@@ -74,6 +74,8 @@ pub struct CrossedContact {
     pub radii: [f64; 2],
     /// Principal relative curvatures, the smaller first.
     pub curvatures: [f64; 2],
+    /// Their directions, unit vectors.
+    pub directions: [Vector; 2],
     /// Sliding velocity a radian of gear 1.
     pub sliding: f64,
 }
@@ -107,6 +109,11 @@ impl CrossedPair {
     pub(super) fn second_axis(&self) -> Vector {
         let (sine, cosine) = self.shaft_angle.sin_cos();
         Vector::new(0.0, sine, cosine)
+    }
+
+    /// Direction of the axis of a gear.
+    pub(super) fn axis(&self, gear: usize) -> Vector {
+        [Vector::Z, self.second_axis()][gear]
     }
 
     /// The path of contact; none where no common normal has these base helices at this shaft angle.
@@ -183,6 +190,15 @@ impl CrossedPair {
         let determinant = k1 * k2 * (1.0 - cosine * cosine);
         let half = 0.5 * (k1 + k2);
         let large = half + (half * half - determinant).max(0.0).sqrt();
+        // Azimuth of the direction of the larger from u₁ to n×u₁, by the double angle.
+        let [u1, u2] = path.radials;
+        let across = path.direction.cross(u1);
+        let sine = u2.dot(across);
+        let (y, x) = (
+            2.0 * k2 * sine * cosine,
+            k1 + k2 * (cosine * cosine - sine * sine),
+        );
+        let (s, c) = (0.5 * y.atan2(x)).sin_cos();
         let ratio = -f64::from(self.gears[0].teeth) / f64::from(self.gears[1].teeth);
         let first = Vector::Z.cross(point);
         let second = self
@@ -192,6 +208,7 @@ impl CrossedPair {
             point,
             radii,
             curvatures: [determinant / large, large],
+            directions: [across * c - u1 * s, u1 * c + across * s],
             sliding: (first - second * ratio).norm(),
         })
     }

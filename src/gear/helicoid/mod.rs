@@ -24,6 +24,12 @@ pub mod worm_pair;
 /// Zone of contact of a worm with its wheel.
 pub mod worm_zone;
 
+/// Pairs over one pitch in space, with the curves of contact of the moment.
+pub mod turning_pair;
+
+/// Cylindrical worm and wheel in space.
+pub mod worm_solid;
+
 /// Points of a wheel's flank that the worm cuts away.
 pub mod worm_interference;
 
@@ -32,6 +38,9 @@ pub mod plane_worm;
 
 /// Zone of contact of an hourglass worm with its wheel.
 pub mod plane_worm_zone;
+
+/// Hourglass worm and wheel in space.
+pub mod plane_worm_solid;
 
 /// Points of the tooth that an hourglass worm cuts away.
 pub mod plane_worm_interference;
@@ -44,3 +53,6 @@ pub mod crossed_pair;
 
 /// Flanks of crossed gears off their path of contact.
 pub mod crossed_interference;
+
+/// Crossed gears in space.
+pub mod crossed_solid;

@@ -32,6 +32,13 @@ pub struct ContactLine {
     pub points: Vec<WormContact>,
 }
 
+impl ContactLine {
+    /// Connected pieces of the line: between two points of the wheel's throat, at this distance from the worm's axis, it lies outside the wheel.
+    pub fn pieces(&self, throat: f64) -> impl Iterator<Item = &[WormContact]> {
+        (self.points).chunk_by(move |a, b| [a.radius, b.radius] != [throat; 2])
+    }
+}
+
 impl WormZone {
     /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature is negative, as D is.
     pub fn holds(&self, contact: &WormContact) -> bool {

@@ -91,6 +91,8 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, &path, backlash).0,
         tables: vec![table("contact", heads, rows)],
         plots,
+        in_space: (pair.turning(&path, face_widths(file, &path), file.coating))
+            .map(|turning| turning.of_hand(file.mirror)),
         plan: plan(file),
         diagnostics: warnings(file, &path, backlash),
         source: file.source.clone(),
@@ -193,6 +195,12 @@ fn quantities(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> 
     all
 }
 
+/// Face widths: those of the file, else what the contact needs.
+fn face_widths(file: &CrossedFile, path: &CrossedPath) -> [f64; 2] {
+    let needed = file.pair.contact_widths(path);
+    [0, 1].map(|k| file.face_widths[k].unwrap_or(needed[k]))
+}
+
 /// The axes of the pair with its ratio.
 fn axes(pair: &CrossedPair) -> CrossedAxes {
     let [z1, z2] = pair.gears.each_ref().map(|g| f64::from(g.teeth));
@@ -227,9 +235,9 @@ fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Ve
             });
         }
     }
-    let needed = pair.contact_widths(path);
-    let widths = [0, 1].map(|k| file.face_widths[k].unwrap_or(needed[k]));
-    if let Some(cut) = pair.interference(path, widths, SLIGHT * pair.centre_distance) {
+    if let Some(cut) =
+        pair.interference(path, face_widths(file, path), SLIGHT * pair.centre_distance)
+    {
         all.push(Diagnostic {
             code: "interference",
             message: format!(

@@ -204,6 +204,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
                 labels: Vec::new(),
             },
         ],
+        in_space: None,
         plan: plan(file),
         diagnostics,
         source: file.source.clone(),

@@ -90,6 +90,7 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, &hobbing, &pitch).0,
         tables: vec![table("hobbed profile", heads, rows)],
         plots,
+        in_space: None,
         plan: plan(file),
         diagnostics: Vec::new(),
         source: file.source.clone(),

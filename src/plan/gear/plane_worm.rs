@@ -84,6 +84,7 @@ pub fn run(file: &PlaneWormFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, contact_ratio, turns).0,
         tables,
         plots,
+        in_space: (pair.turning(&zone, file.teeth)).map(|turning| turning.of_hand(file.hand)),
         plan: plan(file),
         diagnostics,
         source: file.source.clone(),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::geometry::GearQuantity;
 use crate::base::error::Diagnostic;
 use crate::base::source_span::SourceFile;
+use crate::gear::helicoid::turning_pair::TurningPair;
 use crate::plan::decision::StageDecision;
 
 /// Result of a gear file.
@@ -26,6 +27,8 @@ pub struct GearSheet {
     pub tables: Vec<SheetTable>,
     /// Curves of each figure.
     pub plots: Vec<SheetPlot>,
+    /// The pair that turns in space; none of a tool, and where a tooth has no whole flank or is pointed.
+    pub in_space: Option<TurningPair>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.

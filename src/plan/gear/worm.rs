@@ -57,27 +57,19 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         hint: Some("increase length, face_width or the tip diameters".into()),
     });
     let y = |contact: &WormContact| file.hand * contact.from_wheel.y;
-    let curve = |points: &[WormContact]| -> (Vec<f64>, Vec<f64>) {
-        let mut places = Vec::new();
-        for (k, c) in points.iter().enumerate() {
-            // Between two points of the wheel's throat a line lies outside the wheel.
-            if k > 0 && [c.radius, points[k - 1].radius] == [zone.radii[0]; 2] {
-                places.push((f64::NAN, f64::NAN));
-            }
-            places.push((1e3 * y(c), 1e3 * c.wheel_radius()));
-        }
-        places.into_iter().unzip()
-    };
-    let mut curves: Vec<_> = lines
+    let place = |c: &WormContact| (1e3 * y(c), 1e3 * c.wheel_radius());
+    let mut curves: Vec<(String, Vec<f64>, Vec<f64>)> = lines
         .iter()
         .map(|line| {
-            let (x, y) = curve(&line.points);
+            let gap = (f64::NAN, f64::NAN);
+            let pieces = line.pieces(zone.radii[0]);
+            let (x, y) = (pieces.flat_map(|piece| piece.iter().map(place).chain([gap]))).unzip();
             (format!("φ {:.0}°", line.worm_turn.to_degrees()), x, y)
         })
         .collect();
     for (name, points) in [("undercut", &undercut), ("second limit", &second)] {
         if !points.is_empty() {
-            let (x, y) = curve(points);
+            let (x, y) = points.iter().map(place).unzip();
             curves.push((name.to_string(), x, y));
         }
     }
@@ -135,6 +127,8 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             reach,
         ))
         .collect(),
+        in_space: (pair.turning(&zone, [file.thread.starts, file.teeth]))
+            .map(|turning| turning.of_hand(file.hand)),
         plan: plan(file),
         diagnostics: (cut_away.into_iter())
             .chain(cut_into)

@@ -14,7 +14,7 @@ pub fn plots(figure: &PlotColumn, columns: &mut Columns) -> Value {
     let events: Vec<Value> = (figure.events.iter())
         .map(|e| {
             json!({
-                "name": e.name, "ink": e.ink % 6, "x": columns.value(&e.x), "sources": e.sources,
+                "kind": e.kind, "name": e.name, "ink": e.ink % 6, "x": columns.value(&e.x), "sources": e.sources,
                 "source": columns.value(&e.source.iter().map(index).collect::<Vec<f64>>()),
             })
         })

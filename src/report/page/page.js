@@ -89,7 +89,7 @@
     }
     return low <= high ? [low, high] : null;
   }
-  function wholeRange(axis, lists, tight, share = 0.05) {
+  function wholeRange(axis, lists, tight, share = 0.05, foot = 0) {
     if (axis.range) return axis.range.slice();
     const found = extent(lists, axis.log);
     if (!found) return null;
@@ -101,7 +101,7 @@
     }
     if (tight && low < high) return [low, high];
     const room = share * (high > low ? high - low : Math.max(Math.abs(high), 1));
-    return [low - room, high + room];
+    return [low - room - foot * (high - low + 2 * room), high + room];
   }
 
   // Viridis of matplotlib (van der Walt & Smith 2015) at nine even steps.
@@ -285,7 +285,7 @@
     const { x } = kind, at = search(x, plot.u.posToVal(mx, "x"));
     const away = (i) => Math.abs(plot.u.valToPos(x[i], "x") - mx);
     const near = at > 0 && !(away(at - 1) > away(at)) ? at - 1 : at;
-    return away(near) < 6 ? `${kind.name.split(":")[0]} of ${kind.sources[kind.source[near]]}\n${plot.x.label}: ${axisText(plot.x)(x[near])}` : "";
+    return away(near) < 6 ? `${kind.kind} of ${kind.sources[kind.source[near]]}\n${plot.x.label}: ${axisText(plot.x)(x[near])}` : "";
   }
   function label(plot, ctx, text, x, y, align, ink) {
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
@@ -349,9 +349,11 @@
     const width = () => host.clientWidth || 1000;
     const height = () => (plot.equal ? 620 : Math.max(plot.height, 100)) + (numbered ? 62 : 20);
     const xs = plot.curves.map((c) => c.x);
+    // Room for names beyond the extremes, and for ticks of events below them.
+    const NAME = 26, foot = EVENT_ROW * plot.events.length, drawn = Math.max(plot.height, 100) - foot;
     const whole = plot.map
       ? { x: [plot.map.from[0], plot.map.to[plot.map.to.length - 1]], y: [plot.map.low, plot.map.low + plot.map.rows * plot.map.step] }
-      : { x: wholeRange(plot.x, xs, true), y: wholeRange(plot.y, plot.curves.flatMap((c) => [c.y, c.low, c.high]), false, plot.labels.length ? 24 / height() : 0.05) };
+      : { x: wholeRange(plot.x, xs, true), y: wholeRange(plot.y, plot.curves.flatMap((c) => [c.y, c.low, c.high]), false, plot.labels.length ? NAME / (drawn - 2 * NAME) : 0.05, foot / drawn) };
     if (!whole.x || !whole.y) {
       host.append(element("p", plot.empty, "note"));
       return;
@@ -367,7 +369,7 @@
       scale: side, label: numbered || side === "y" ? of.label : undefined, labelSize: 22, size: side === "y" ? 66 : numbered ? 40 : 12, stroke: () => colour("--text"), grid, ticks: grid,
       font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
       values: (_, splits) => splits.map((v) => (v === null || !(numbered || side === "y") ? "" : axisText(of)(v))),
-      ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high, (side === "y" ? u.over.clientHeight : u.over.clientWidth) || 400), filter: (u, splits) => splits } : {}),
+      ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high, (side === "y" ? u.over.clientHeight : u.over.clientWidth) || 400, side === "x" && of.unit ? 200 : 90), filter: (u, splits) => splits } : {}),
       ...(of.ticks.length ? { splits: () => of.ticks } : {}),
     });
     const scale = (of, side) => ({ time: false, distr: of.log ? 3 : 1, log: 10, range: () => plot.shown[side] });
@@ -453,10 +455,10 @@
     u.ctx.strokeStyle = colour("--rule");
     u.ctx.strokeRect(left, top, width, height);
   }
-  // Labels of a logarithmic axis: 1, 2 and 5 of each decade where there is room.
-  function logSplits(low, high, room) {
+  // Labels of a logarithmic axis: 1, 2 and 5 of each decade where it has room for three of them.
+  function logSplits(low, high, room, three) {
     const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-    const digits = room / Math.log10(high / low) > 90 ? [1, 2, 5] : [1];
+    const digits = room / Math.log10(high / low) > three ? [1, 2, 5] : [1];
     const every = Math.max(1, Math.ceil((last - first) / 9));
     const all = [];
     for (let d = first; d <= last; d += every) for (const digit of digits) all.push(digit * 10 ** d);
@@ -558,7 +560,7 @@
       return rows.join("\n") + "\n";
     }
     const rows = [["curve", plot.x.label, plot.y.label].map(cell).join(",")];
-    for (const e of plot.events) e.x.forEach((x, i) => rows.push([cell(`${e.name.split(":")[0]} of ${e.sources[e.source[i]]}`), scaled(plot.x, x), ""].join(",")));
+    for (const e of plot.events) e.x.forEach((x, i) => rows.push([cell(`${e.kind} of ${e.sources[e.source[i]]}`), scaled(plot.x, x), ""].join(",")));
     for (const c of plot.curves) for (let i = 0; i < c.x.length; i++) rows.push([cell(c.name), scaled(plot.x, c.x[i]), Number.isFinite(c.y[i]) ? scaled(plot.y, c.y[i]) : ""].join(","));
     return rows.join("\n") + "\n";
   };

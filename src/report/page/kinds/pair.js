@@ -1,7 +1,8 @@
 "use strict";
-// A bevel or helical pair turns in mesh in space; next to it both flanks with pattern, path and the contact of the moment, and the transmission error; V and H move the pinion.
+// A pair turns in mesh in space, with the curves of contact of worm and crossed pairs; next to bevel pairs both flanks with pattern, path and the contact of the moment, and the transmission error; V and H move the pinion.
 G.kind("pair", (data, host) => {
-  const { members, contact, loaded } = data;
+  const { members, contact, loaded, curves } = data;
+  const named = (name) => name[0].toUpperCase() + name.slice(1);
   const pitch = (2 * Math.PI) / members[0].teeth;
   const box = G.element("div", undefined, "turning pair");
   const bar = G.element("div", undefined, "bar");
@@ -20,7 +21,7 @@ G.kind("pair", (data, host) => {
     return { input, label, text };
   };
   const angle = control("range", "angle", { min: 0, max: 1, step: 0.001, value: 0.5 });
-  const through = control("checkbox", "gear see-through", { checked: !data.middle_m });
+  const through = control("checkbox", `${members[1].name} see-through`, { checked: !data.middle_m || Boolean(curves) });
   const near = control("checkbox", "near the contact", {});
   const readout = G.element("p", "", "note");
 
@@ -30,7 +31,7 @@ G.kind("pair", (data, host) => {
   const middle = [0, 1, 2].map((k) => 0.15 * (axisOf(members[0])[k] * far[0]) + 0.1 * axisOf(members[1])[k] * far[1]);
   const home = { yaw: 0.7, tilt: 0.55, zoom: 1, centre: data.middle_m ?? middle, size: data.size_m ?? 1.95 * Math.max(...far), up: axisOf(members[1]) };
   const space = G.space(left, (width) => Math.round(Math.min(0.85 * width, 520)), home);
-  space.canvas.setAttribute("aria-label", `Pinion of ${members[0].teeth} teeth (blue) and gear of ${members[1].teeth} teeth (orange) in mesh. Arrow keys turn the view, + and − zoom, 0 shows all.`);
+  space.canvas.setAttribute("aria-label", `${named(members[0].name)} (${members[0].teeth} ${members[0].name === "worm" ? "starts" : "teeth"}, blue) and ${members[1].name} (${members[1].teeth} teeth, orange) in mesh. Arrow keys turn the view, + and − zoom, 0 shows all.`);
   const bodies = members.map((m) => {
     const { points, rings, closed } = m.surface;
     const around = points.length / 3 / rings, [c, s] = [Math.cos((2 * Math.PI) / m.teeth), Math.sin((2 * Math.PI) / m.teeth)];
@@ -107,6 +108,12 @@ G.kind("pair", (data, host) => {
 
   // What touches at a phase of the pitch.
   function moment(phase) {
+    if (curves) {
+      // Both stand at a position of which the contact is known.
+      const { first, ends } = curves, k = Math.min(Math.floor(phase * first.length), first.length - 1), touching = [];
+      for (let i = first[k]; i < (first[k + 1] ?? ends.length); i++) touching.push(curves.points_m.slice(3 * (ends[i - 1] ?? 0), 3 * ends[i]));
+      return { angles: curves.angles_rad.map((list) => list[k]), centres: data.centres_m, touching };
+    }
     if (!contact || state.index < 0) {
       const turned = (phase - 0.5) * pitch;
       return { angles: [members[0].start_rad + turned, members[1].start_rad + data.ratio * turned], centres: data.centres_m };
@@ -130,6 +137,21 @@ G.kind("pair", (data, host) => {
     const all = [];
     for (let i = loaded.first[k]; i < (loaded.first[k + 1] ?? loaded.pair.length); i++) all.push({ pair: loaded.pair[i] - turns, pressure: loaded.pressure_mpa[i], at: [0, 1].map((m) => [loaded.marks[m][2 * i], loaded.marks[m][2 * i + 1]]) });
     return all;
+  }
+
+  // A curve of space as a tube.
+  function tube(points, radius) {
+    const count = points.length / 3, at = (i) => [0, 1, 2].map((k) => points[3 * i + k]);
+    const unit = (v) => v.map((x) => x / (Math.hypot(...v) || 1)), cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const all = [];
+    let side = [0.3, 0.5, 0.8];
+    for (let i = 0; i < count; i++) {
+      const [p, a, b] = [at(i), at(Math.max(i - 1, 0)), at(Math.min(i + 1, count - 1))];
+      const along = unit(b.map((v, k) => v - a[k])), up = unit(cross(along, side));
+      side = cross(up, along);
+      for (let n = 0; n <= 6; n++) all.push(...p.map((v, k) => v + radius * (Math.cos((n * Math.PI) / 3) * side[k] + Math.sin((n * Math.PI) / 3) * up[k])));
+    }
+    return space.mesh(all, G.gridTriangles(count, 7));
   }
 
   // The contact of the moment in space as a place of the flank of a member, and the direction out of its metal there.
@@ -171,16 +193,23 @@ G.kind("pair", (data, host) => {
         items.push({ ...item, mesh, from: now.angles[k] + (k === 0 ? pair : -pair) * own, ink: G.colour("--contact") });
       }
     });
+    for (const points of now.touching ?? []) {
+      const mesh = tube(points, (0.004 * data.size_m) / space.zoom);
+      marked.push(mesh);
+      items.push({ mesh, turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], centre: [0, 0, 0], from: 0, pitch: 0, unlit: true, ink: G.colour("--contact") });
+    }
     if (near.input.checked && now.marks && members[0].flank) space.centre = touching(now).at;
+    if (near.input.checked && now.touching?.length) space.centre = [0, 1, 2].map((k) => { const of = now.touching.flatMap((c) => Array.from(c).filter((_, i) => i % 3 === k)); return (Math.min(...of) + Math.max(...of)) / 2; });
     space.draw(items);
     if (contact) drawFlanks(now, phase, loads);
     angle.input.value = phase;
     const degrees = `${((phase * 360) / members[0].teeth).toFixed(1)}°`;
     angle.input.setAttribute("aria-valuetext", degrees);
     const peak = contact && contact.peak_to_peak_rad[state.index];
-    const parts = [`Pinion at ${degrees} of a pitch of ${(360 / members[0].teeth).toFixed(1)}°`];
+    const parts = [`${named(members[0].name)} at ${degrees} of a pitch of ${(360 / members[0].teeth).toFixed(1)}°`];
     if (now.marks) parts.push(`transmission error ${(ARCSEC * now.te).toFixed(1).replace("-", "−")} arcsec`, peak === null ? "no contact at some angles" : `peak to peak ${(ARCSEC * peak).toFixed(1)} arcsec`);
     else if (contact) parts.push("the flanks do not touch on their teeth at this V and H");
+    if (curves) parts.push(`${now.touching.length} ${curves.contact}${now.touching.length === 1 ? "" : "s"} of contact`);
     if (loads.length) parts.push(`greatest pressure ${Math.round(Math.max(...loads.map((c) => c.pressure)))} N/mm² at ${G.number(loaded.torque_nm)} N·m`);
     readout.textContent = parts.join("; ") + ".";
   }
@@ -255,7 +284,7 @@ G.kind("pair", (data, host) => {
 
   const player = G.player(box, draw, 4);
   player.touching = (phase) => members.map((_, k) => touching(moment(phase), k).at);
-  bar.append(player.button, angle.label, through.label, ...(contact ? [near.label] : []));
+  bar.append(player.button, angle.label, through.label, ...(contact || curves ? [near.label] : []));
   if (contact && contact.index.length > 1) {
     const moves = G.element("div", undefined, "bar");
     moves.append(v.label, h.label);
@@ -266,7 +295,8 @@ G.kind("pair", (data, host) => {
   through.input.addEventListener("change", () => player.show());
   near.input.addEventListener("change", () => { Object.assign(space, near.input.checked ? { zoom: 6 } : home); player.show(); });
   for (const s of contact ? [v, h] : []) s.input.addEventListener("input", () => { choose(); player.show(); });
-  const text = ["Blue: pinion, drives; orange: gear."];
+  const text = [`Blue: ${members[0].name}, drives; orange: ${members[1].name}.`];
+  if (curves) text.push(`Green: ${curves.contact}s of contact of the moment${curves.contact === "point" ? ", each with its ellipse" : ""}.`);
   if (contact) {
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", "flanks of pinion and gear with the contact pattern, and the transmission error over one pitch");
@@ -281,9 +311,10 @@ G.kind("pair", (data, host) => {
   player.phase = 0.5;
   // The camera looks at the flank of the pinion that touches, through the gear.
   const first = moment(0.5);
-  if (first.marks && members[0].flank) {
+  const facing = first.marks && members[0].flank ? touching(first).normal : curves?.facing;
+  if (facing) {
     const up = axisOf(members[1]);
-    Object.assign(home, space.towards(touching(first).normal.map((v, k) => v + 0.5 * up[k])));
+    Object.assign(home, space.towards(facing.map((v, k) => v + 0.5 * up[k])));
     Object.assign(space, home);
   }
   player.show();
