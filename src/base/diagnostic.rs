@@ -642,6 +642,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet, or, inside a ring, outside the path of contact; or a worm, a disk tool or a crossed gear cuts into the flank of its mate beside the contact. The message names the nearest tip diameter that avoids it, or the depth and the place.",
     ),
     (
+        "cones-apart",
+        Warning,
+        "The pitch cones of both blanks do not touch on the axes of the pair: shaft angle, offset and cones are not those of one pair. The message gives the gap or the overlap; nothing is computed at a pitch point.",
+    ),
+    (
+        "no-slot",
+        Warning,
+        "The slot that a blank design leaves between two teeth has no width at its root, so that no blade cuts it. The message gives the width, its least along the face, and the place.",
+    ),
+    (
         "no-contact",
         Warning,
         "The flanks of a bevel pair do not touch near the middle of their teeth, or at some angles no pair of teeth touches: no transmission error follows there.",
@@ -704,7 +714,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "pointed",
         Warning,
-        "The flanks of a tooth meet before the tip cylinder. The tooth ends there.",
+        "The flanks of a tooth meet before the tip cylinder. The tooth ends there. A blank design without flanks gives the top land instead, below zero at the stated end.",
     ),
     (
         "clearance",

@@ -33,7 +33,11 @@ pub fn draw_flanks(title: &str, members: &[MemberResult; 2]) -> Option<String> {
     let mut entries = vec![("contact lines", BLUE)];
     let limits = [("limit of undercut", ORANGE), ("end of contact", BLACK)];
     for (k, entry) in limits.into_iter().enumerate() {
-        entries.extend(all().any(|of| !of.limits.0[k].is_empty()).then_some(entry));
+        entries.extend(
+            all()
+                .any(|of| !of.limits.curves[k].is_empty())
+                .then_some(entry),
+        );
     }
     let height = TOP + heights.iter().sum::<f64>() + MARGIN;
     Some(render_svg(WIDTH, height, |canvas| {
@@ -76,7 +80,7 @@ fn draw_flank(
     for line in contact.iter().flat_map(|c| &c.lines) {
         draw(line, BLUE, 0.9, LineStyle::Solid);
     }
-    let [undercut, second] = &of.limits.0;
+    let [undercut, second] = &of.limits.curves;
     for line in undercut {
         draw(line, ORANGE, 2.0, LineStyle::Solid);
     }

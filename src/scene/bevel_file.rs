@@ -5,6 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::assembly::{SHIFT, StabilityStudy, assembly, housing};
+use super::bevel_blank::{
+    BlankTable, DESIGN_PRESSURE_ANGLE, MAX_BEVEL_TEETH, PRESSURE_ANGLE, blank, no_blanks, no_tooth,
+};
 use super::correction_study::{CorrectionStudy, correction};
 use super::cut_study::{self, CutStudy};
 use super::machine_settings::{FlankCut, FlankTable, Process, SettingsTable, settings};
@@ -18,11 +21,10 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
 use crate::base::tables::{read_heading, read_table};
 use crate::base::toml;
-use crate::gear::bevel::blank::{Blank, EndCone};
+use crate::gear::bevel::blank::Blank;
 use crate::gear::bevel::cutter::Blade;
-use crate::gear::bevel::face_hob::ConeRule;
 use crate::gear::bevel::flank::BevelFlank;
-use crate::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
+use crate::gear::bevel::iso23509::BlankPair;
 use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::straight::{StraightFlanks, StraightProfile};
 use crate::gear::bevel::tooth::SIDES;
@@ -220,8 +222,6 @@ impl BevelFile {
     }
 }
 
-/// Most teeth of a bevel gear.
-const MAX_BEVEL_TEETH: u32 = 1000;
 /// Most positions in a pitch.
 const MAX_CONTACT_POSITIONS: u32 = 2000;
 /// Coating by default: 0.00025 in.
@@ -238,12 +238,7 @@ const MAX_STATIONS: u32 = 256;
 /// Flags of the load.
 const LOAD_FLAGS: [&str; 4] = ["torque", "torques", "stations", "changes"];
 
-/// Design pressure angle by default, rad.
-const DESIGN_PRESSURE_ANGLE: f64 = PI / 9.0;
-const PRESSURE_ANGLE: ValueRange = ValueRange::Open(0.0, PI / 4.0, "above 0° and below 45°");
 const SHAFT_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
-const CONE_ANGLE: ValueRange = ValueRange::Open(0.0, 2.5, "above 0° and below 143°");
-const LENGTH: ValueRange = ValueRange::Open(1e-6, 1e3, "above 1 µm and below 1 km");
 
 /// Reads one with the flags laid over its `[contact]`.
 ///
@@ -353,7 +348,10 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let positions = study.positions.unwrap_or(POSITIONS);
     Ok(BevelFile {
         title,
-        members: [first.with_blank(blanks[0])?, second.with_blank(blanks[1])?],
+        members: [
+            first.with_blank(0, blanks[0])?,
+            second.with_blank(1, blanks[1])?,
+        ],
         design,
         hand,
         nominal,
@@ -473,13 +471,8 @@ struct StraightTable {
 
 impl MemberTable {
     /// The member on its blank.
-    fn with_blank(self, blank: Blank) -> Result<BevelMember, Error> {
-        let section = blank.section().ok_or_else(|| {
-            let message = "face cone and root cone cross within the face, or an end of the teeth lies beyond the apex";
-            Error::new(Code::OutOfRange, message)
-                .with_span(&self.span)
-                .with_hint("check face_angle > root_angle, the apexes, mean_cone_distance and face_width")
-        })?;
+    fn with_blank(self, member: usize, blank: Blank) -> Result<BevelMember, Error> {
+        let section = (blank.section()).map_err(|fault| no_tooth(&fault, &self.span, member))?;
         let straight = self.straight.map(|straight| StraightFlanks {
             profile: straight.profile,
             pressure_angle: straight.pressure_angle,
@@ -525,32 +518,13 @@ fn blanks(
             let design = table
                 .design([first.teeth, second.teeth], nominal)
                 .map_err(|e| e.with_span(&second.span))?;
-            let found = design
-                .blanks()
-                .ok_or_else(|| no_blanks(&design).with_span(&second.span))?;
+            let found = (design.blanks())
+                .map_err(|fault| no_blanks(&design, &fault).with_span(&second.span))?;
             Ok((found.blanks, Some(found)))
         }
         (None, _) => Err(missing(first, "pinion")),
         (_, None) => Err(missing(second, "gear")),
     }
-}
-
-/// Data that give no blanks, with the limit radius of curvature where it lies above the cutter radius.
-fn no_blanks(design: &BlankDesign) -> Error {
-    if let Some(least) = design.least_limit_radius()
-        && least > design.cutter_radius
-    {
-        let message = format!(
-            "no pitch cones have a limit radius of curvature of {:.3} mm, the cutter radius: at this spiral angle and offset the least is {:.3} mm",
-            1e3 * design.cutter_radius,
-            1e3 * least
-        );
-        let hint = "take a larger cutter_radius, another pinion_spiral_angle or another offset";
-        return Error::new(Code::OutOfRange, message).with_hint(hint);
-    }
-    let message = "these data give no pair of blanks by ISO 23509: no pitch cones, or teeth without depth or thickness";
-    Error::new(Code::OutOfRange, message)
-        .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius, blade_groups and the depth angles")
 }
 
 fn member(f: &mut TableReader) -> Option<MemberTable> {
@@ -670,210 +644,4 @@ fn process(f: &mut TableReader) -> Option<Process> {
         f.report_key(Code::OutOfRange, "process", message, hint);
     }
     process
-}
-
-/// `blank` as written.
-enum BlankTable {
-    /// Cones of the blank.
-    Cones(Blank),
-    /// Inputs of ISO 23509.
-    Standard(StandardTable),
-}
-
-fn blank(f: &mut TableReader) -> Option<BlankTable> {
-    match f.has("standard") {
-        true => standard(f).map(BlankTable::Standard),
-        false => cones(f).map(BlankTable::Cones),
-    }
-}
-
-/// Inputs of ISO 23509 that the blank of the gear states.
-struct StandardTable {
-    method: u32,
-    spiral_angle: Option<f64>,
-    pinion_spiral_angle: Option<f64>,
-    /// Blade groups of a cutter that hobs.
-    blade_groups: Option<u32>,
-    /// With offset and shaft angle of the pair and its tooth numbers left open.
-    rest: BlankDesign,
-}
-
-impl StandardTable {
-    /// The design with tooth numbers and axes of the pair.
-    fn design(&self, teeth: [u32; 2], nominal: &Assembly) -> Result<BlankDesign, Error> {
-        let conflict =
-            |message: &str, hint: &str| Err(Error::new(Code::Conflict, message).with_hint(hint));
-        let method = match (self.method, self.spiral_angle, self.pinion_spiral_angle) {
-            (0, Some(spiral_angle), None) if nominal.offset == 0.0 => {
-                PitchCones::Bevel { spiral_angle }
-            }
-            (0, Some(_), None) => {
-                return conflict("method 0 is of pairs without offset", "take method = 1");
-            }
-            (1, None, Some(pinion_spiral_angle)) if nominal.offset != 0.0 => PitchCones::Hypoid {
-                offset: nominal.offset,
-                pinion_spiral_angle,
-            },
-            (1, None, Some(_)) => {
-                return conflict(
-                    "method 1 needs an offset",
-                    "give `offset` of the pair, or take method = 0",
-                );
-            }
-            (0, ..) => {
-                return conflict(
-                    "method 0 starts from `spiral_angle`",
-                    "give the mean spiral angle of both gears",
-                );
-            }
-            (1, ..) => {
-                return conflict(
-                    "method 1 starts from `pinion_spiral_angle`",
-                    "give the wanted spiral angle of the pinion",
-                );
-            }
-            (method, Some(wheel_spiral_angle), None) if nominal.offset != 0.0 => {
-                let Some(blade_groups) = self.blade_groups else {
-                    return conflict(
-                        "methods 2 and 3 are of cutters that hob, with blade groups",
-                        "give `blade_groups`",
-                    );
-                };
-                PitchCones::FaceHobbed {
-                    offset: nominal.offset,
-                    wheel_spiral_angle,
-                    blade_groups,
-                    rule: match method {
-                        2 => ConeRule::ApexLine,
-                        _ => ConeRule::CrownGears,
-                    },
-                }
-            }
-            _ => {
-                return conflict(
-                    "methods 2 and 3 start from `spiral_angle`, that of the gear, and an offset",
-                    "give both, or take method = 0 for a pair without offset",
-                );
-            }
-        };
-        if self.blade_groups.is_some() && self.method < 2 {
-            return conflict(
-                "`blade_groups` is of methods 2 and 3",
-                "leave it out: methods 0 and 1 are of face-milled pairs",
-            );
-        }
-        Ok(BlankDesign {
-            method,
-            teeth,
-            shaft_angle: nominal.shaft_angle,
-            ..self.rest
-        })
-    }
-}
-
-fn standard(f: &mut TableReader) -> Option<StandardTable> {
-    const SPIRAL: ValueRange = ValueRange::HalfOpen(0.0, 1.3, "at least 0° and below 74°");
-    const DEPTH_ANGLE: ValueRange = ValueRange::HalfOpen(0.0, 0.5, "at least 0° and below 28°");
-    const FACTOR: ValueRange = ValueRange::HalfOpen(0.0, 10.0, "at least 0 and below 10");
-    f.choice("standard", &[("ISO 23509", ())]);
-    let method = f.optional_count("method", 0, 3);
-    f.require("method");
-    let length = |f: &mut TableReader, key| {
-        let value = f.optional_quantity(key, QuantityKind::Length, LENGTH);
-        f.require(key);
-        value
-    };
-    let outer_pitch_diameter = length(f, "outer_pitch_diameter");
-    let face_width = length(f, "face_width");
-    let cutter_radius = length(f, "cutter_radius");
-    let angle =
-        |f: &mut TableReader, key, range| f.optional_quantity(key, QuantityKind::Angle, range);
-    let spiral_angle = angle(f, "spiral_angle", SPIRAL);
-    let pinion_spiral_angle = angle(f, "pinion_spiral_angle", SPIRAL);
-    let blade_groups = f.optional_count("blade_groups", 1, MAX_BEVEL_TEETH);
-    let pressure = f.optional_pair("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE);
-    let depth = |f: &mut TableReader, key| {
-        let value = angle(f, key, DEPTH_ANGLE);
-        f.require(key);
-        value
-    };
-    let depth_angles = [depth(f, "addendum_angle"), depth(f, "dedendum_angle")];
-    let factor = |f: &mut TableReader, key| f.optional_number(key, FACTOR);
-    let addendum_factor = factor(f, "addendum_factor");
-    f.require("addendum_factor");
-    let [
-        limit_influence,
-        depth_factor,
-        clearance_factor,
-        thickness_factor,
-    ] = [
-        "limit_influence",
-        "depth_factor",
-        "clearance_factor",
-        "thickness_factor",
-    ]
-    .map(|key| factor(f, key));
-    let backlash = f.optional_quantity("backlash", QuantityKind::Length, ValueRange::NotNegative);
-    Some(StandardTable {
-        method: method?,
-        spiral_angle,
-        pinion_spiral_angle,
-        blade_groups,
-        rest: BlankDesign {
-            method: PitchCones::Bevel { spiral_angle: 0.0 },
-            teeth: [2, 2],
-            shaft_angle: FRAC_PI_2,
-            outer_pitch_diameter: outer_pitch_diameter?,
-            face_width: face_width?,
-            cutter_radius: cutter_radius?,
-            pressure_angles: pressure.unwrap_or([DESIGN_PRESSURE_ANGLE; 2]),
-            limit_influence: limit_influence.unwrap_or(0.0),
-            addendum_factor: addendum_factor?,
-            depth_factor: depth_factor.unwrap_or(2.0),
-            clearance_factor: clearance_factor.unwrap_or(0.125),
-            thickness_factor: thickness_factor.unwrap_or(0.0),
-            backlash: backlash.unwrap_or(0.0),
-            depth_angles: [depth_angles[0]?, depth_angles[1]?],
-        },
-    })
-}
-
-fn cones(f: &mut TableReader) -> Option<Blank> {
-    let angle = |f: &mut TableReader, key| {
-        let value = f.optional_quantity(key, QuantityKind::Angle, CONE_ANGLE);
-        f.require(key);
-        value
-    };
-    let pitch_angle = angle(f, "pitch_angle");
-    let face_angle = angle(f, "face_angle");
-    let root_angle = angle(f, "root_angle");
-    let length = |f: &mut TableReader, key| {
-        let value = f.optional_quantity(key, QuantityKind::Length, LENGTH);
-        f.require(key);
-        value
-    };
-    let mean_cone_distance = length(f, "mean_cone_distance");
-    let face_width = length(f, "face_width");
-    let mut apex = |key| {
-        f.optional_quantity(key, QuantityKind::Length, SHIFT)
-            .unwrap_or(0.0)
-    };
-    let [pitch_apex, face_apex, root_apex] =
-        ["pitch_apex", "face_apex", "root_apex"].map(&mut apex);
-    let ends = f.choice(
-        "ends",
-        &[("pitch", EndCone::Pitch), ("root", EndCone::Root)],
-    );
-    Some(Blank {
-        pitch_angle: pitch_angle?,
-        face_angle: face_angle?,
-        root_angle: root_angle?,
-        mean_cone_distance: mean_cone_distance?,
-        face_width: face_width?,
-        outer_share: 0.5,
-        pitch_apex,
-        face_apex,
-        root_apex,
-        ends: ends.unwrap_or_default(),
-    })
 }

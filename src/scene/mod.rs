@@ -18,6 +18,8 @@ pub mod cut_study;
 /// Places of the axes of a bevel pair.
 pub mod assembly;
 
+mod bevel_blank;
+
 pub mod bevel_file;
 
 pub mod bevel_mesh;

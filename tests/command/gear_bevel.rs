@@ -363,7 +363,7 @@ fn refuses_wrong_bevel_files() {
         (
             "face_angle = \"73.1333332 deg\"",
             "face_angle = \"60 deg\"",
-            "cross within the face",
+            "no depth at the toe",
         ),
         (
             "cradle_angle     = \"59.2342023 deg\"",
@@ -587,9 +587,9 @@ fn ref_blanks_alone() {
         (
             "0 mm",
             first.replace("176.893 mm", "17.6 mm"),
-            "no pair of blanks",
+            "reaches its pitch apex",
         ),
-        ("0 mm", first.replace("0.24737", "2.5"), "no pair of blanks"),
+        ("0 mm", first.replace("0.24737", "2.5"), "no thickness"),
     ] {
         let message = of(offset, &blank);
         assert!(message.contains(words), "{words}: {message}");

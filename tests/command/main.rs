@@ -13,6 +13,7 @@ mod commands;
 mod firefox;
 mod free_decay;
 mod gear_bevel;
+mod gear_bevel_blanks;
 mod gear_command;
 mod gear_correct;
 mod gear_cut;

@@ -7,10 +7,10 @@ use geardyn::internals::gear::bevel::blank::Blank;
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
+use geardyn::internals::gear::bevel::flank_lines::FlankLimits;
 use geardyn::internals::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use geardyn::internals::gear::bevel::rough_settings::rough_settings;
 use geardyn::internals::gear::bevel::settings::Hand;
-use geardyn::internals::gear::kernel::limits::Limit;
 
 /// Cutter radius, mm.
 const RADIUS: f64 = 95.0;
@@ -49,12 +49,9 @@ fn outcome(blank: &Blank, radius: f64, spiral_angle: f64, hand: Hand, blade: Bla
     if grid.nodes[grid.columns..].iter().all(Option::is_some) {
         return Outcome::Whole;
     }
-    let limit = grid
-        .domain()
-        .map(|domain| flank.limits(Limit::Undercut, domain));
-    match limit {
-        Some(curves) if !curves.is_empty() => Outcome::Undercut,
-        _ => Outcome::Unreached,
+    match FlankLimits::of(&flank, &grid, |_| true).highest[0] {
+        Some(_) => Outcome::Undercut,
+        None => Outcome::Unreached,
     }
 }
 
@@ -85,7 +82,7 @@ fn blanks(teeth: [u32; 2], offset: f64, spiral: f64, shaft_angle: f64) -> Option
         backlash: 0.0,
         depth_angles: [taper, 2.0 * taper],
     };
-    design.blanks()
+    design.blanks().ok()
 }
 
 /// The flanks that a list of pairs comes to: whole, undercut and missed ones with the pitch angles of these, deg.

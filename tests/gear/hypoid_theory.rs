@@ -425,3 +425,77 @@ fn exact_theory_of_twisted_flanks() {
     );
     within("contact line, rad", lines, 1e-10);
 }
+
+/// Pitch cones of 13 and 42 teeth (wheel 180 mm, β₁ 45°) at shaft angles near 0° and 180°: the closed forms of ISO 23509:2016 hold of them.
+/// Source: equations of the shaft angle, the offset and (33), solved for δ₁, δ₂ and ζ_mp by `fsolve` of SciPy 1.17 in a frame of the pitch plane.
+#[test]
+fn ref_pitch_cones_at_flat_and_steep_shaft_angles() {
+    for (degrees, offset, radius, expected) in [
+        (20.0, 4.0, 228.6, Some([4.77595527, 15.21223314])),
+        (20.0, -15.0, 76.2, Some([2.86731819, 16.96228502])),
+        (90.0, 15.0, 76.2, Some([19.79237243, 69.89776269])),
+        (90.0, -15.0, 76.2, Some([13.72097158, 76.03919575])),
+        (150.0, -15.0, 76.2, Some([6.00008658, 144.65985415])),
+        (160.0, 15.0, 76.2, Some([12.52649413, 148.01691371])),
+        (160.0, -15.0, 76.2, Some([3.29203786, 157.23911973])),
+        // The greatest limit curvature of 160°, −15 mm is 0.0190 1/mm.
+        (160.0, -15.0, 50.0, None),
+    ] {
+        let shaft_angle = f64::to_radians(degrees);
+        let ratio = 42.0 / 13.0;
+        let departure = shaft_angle - FRAC_PI_2;
+        let (sin, cos) = departure.sin_cos();
+        let estimate = f64::atan2(ratio * cos, 1.2 * (1.0 - ratio * sin));
+        let pinion_spiral_angle = 45f64.to_radians();
+        let wheel_radius = 90.0 - 13.5 * estimate.sin();
+        let curvature = 1.0 / radius;
+        let design = PitchConeDesign {
+            axes: CrossedAxes {
+                offset,
+                shaft_angle,
+                ratio: -1.0 / ratio,
+            },
+            wheel_radius,
+            outwards: 0.0,
+            tooth_line: ToothLine::Limit {
+                pinion_spiral_angle,
+                curvature,
+            },
+        };
+        let found = design.solve();
+        let Some(expected) = expected else {
+            let [_, greatest] = design.limit_curvatures().unwrap();
+            within(
+                "greatest limit curvature, 1/mm",
+                (greatest - 0.01900).abs(),
+                2e-5,
+            );
+            assert!(found.is_none());
+            continue;
+        };
+        let p = found.unwrap();
+        let [d1, d2] = p.pitch_angles;
+        for (angle, expected) in [d1, d2].into_iter().zip(expected) {
+            within(
+                "pitch angle, deg",
+                (angle.to_degrees() - expected).abs(),
+                1e-7,
+            );
+        }
+        let ([r1, r2], [b1, b2]) = (p.cone_distances, p.spiral_angles);
+        let zeta = b1 - b2;
+        let of_shafts = d1.cos() * d2.cos() * zeta.cos() - d1.sin() * d2.sin();
+        within("cos Σ", (of_shafts - shaft_angle.cos()).abs(), 1e-12);
+        let [t1, t2] = [d1.tan(), d2.tan()];
+        let tan = -t1 * t2 / zeta.cos() * (r1 * b1.sin() - r2 * b2.sin()) / (r1 * t1 + r2 * t2);
+        let turned = -tan * (b1.tan() / (r1 * t1) + b2.tan() / (r2 * t2));
+        let straight = 1.0 / (r1 * b1.cos()) - 1.0 / (r2 * b2.cos());
+        let limit = tan.atan().cos() * (turned + straight) / (b1.tan() - b2.tan());
+        within("limit radius, relative", (limit * radius - 1.0).abs(), 1e-9);
+        within(
+            "wheel radius, relative",
+            (p.radii[1] / wheel_radius - 1.0).abs(),
+            1e-12,
+        );
+    }
+}

@@ -6,6 +6,7 @@ mod verification;
 mod bevel_blank;
 mod bevel_extremes;
 mod bevel_flank;
+mod bevel_undercut;
 mod cases;
 mod complementarity;
 mod contact;

@@ -3,6 +3,7 @@
 //! Axial places are counted from the crossing point of the axes (of a hypoid pair from the foot of its common perpendicular) towards the
 //! heel. Apexes lie `t_z`, `t_zF`, `t_zR` beyond it: ISO 23509-1:2025.
 
+use super::blank_fault::{End, ToothFault};
 use super::tooth_section::ToothSection;
 
 /// Cone to which the ends of the teeth are perpendicular.
@@ -78,23 +79,38 @@ impl Blank {
             .map(|share| self.mean_cone_distance + share * self.face_width)
     }
 
-    /// The axial section of a tooth; none where the cones cross within the face or an end does not meet them outside the axis.
-    pub fn section(&self) -> Option<ToothSection> {
-        let end = |distance: f64| {
+    /// The axial section of a tooth.
+    ///
+    /// # Errors
+    /// Cones between which no tooth lies.
+    pub fn section(&self) -> Result<ToothSection, ToothFault> {
+        let [inner, outer] = self.cone_distances();
+        if !(inner > 0.0) {
+            return Err(ToothFault::BeyondApex {
+                inner_cone_distance: inner,
+            });
+        }
+        let corners = |end: End, distance: f64| {
             let from = self.on_pitch_cone(distance);
-            let root = self.across(from, self.root_angle, self.root_apex)?;
-            let tip = self.across(from, self.face_angle, self.face_apex)?;
-            let is_tooth = tip.0 > root.0 && root.1[1] > 0.0;
-            is_tooth.then_some([root.1, tip.1])
+            let root = self.across(from, self.root_angle, self.root_apex);
+            let tip = self.across(from, self.face_angle, self.face_apex);
+            let is_outside = |radius: f64| radius > 0.0 && radius.is_finite();
+            if !is_outside(root.1[1]) || !is_outside(tip.1[1]) {
+                return Err(ToothFault::AtAxis { end });
+            }
+            let depth = tip.0 - root.0;
+            match depth > 0.0 {
+                true => Ok([root.1, tip.1]),
+                false => Err(ToothFault::NoDepth { end, depth }),
+            }
         };
-        let [toe, heel] = self.cone_distances().map(end);
-        let corners = [toe?, heel?];
-        let outward = corners[1][0][1] - corners[0][0][1] + corners[1][0][0] - corners[0][0][0];
-        (outward > 0.0).then_some(ToothSection { corners })
+        Ok(ToothSection {
+            corners: [corners(End::Toe, inner)?, corners(End::Heel, outer)?],
+        })
     }
 
     /// Height above a point of the pitch cone, perpendicular to the end's cone, at which a cone is met, and the place `[z, radius]` there.
-    fn across(&self, from: [f64; 2], angle: f64, apex: f64) -> Option<(f64, [f64; 2])> {
+    fn across(&self, from: [f64; 2], angle: f64, apex: f64) -> (f64, [f64; 2]) {
         let normal = match self.ends {
             EndCone::Pitch => self.pitch_angle,
             EndCone::Root => self.root_angle,
@@ -103,8 +119,6 @@ impl Blank {
         let (sin, cos) = angle.sin_cos();
         // The cone: (z + apex) sin − r cos = 0.
         let height = -((from[0] + apex) * sin - from[1] * cos) / (dz * sin - dr * cos);
-        height
-            .is_finite()
-            .then_some((height, [from[0] + height * dz, from[1] + height * dr]))
+        (height, [from[0] + height * dz, from[1] + height * dr])
     }
 }

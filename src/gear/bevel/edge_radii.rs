@@ -14,8 +14,8 @@ const MUTILATION: f64 = 0.05e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeRadii {
     /// Without contact of the mate's tip and the fillet at the toe (128)–(135); below zero where the tip reaches beneath the flank of a sharp
-    /// blade.
-    pub without_interference: [f64; 2],
+    /// blade. None with an internal wheel.
+    pub without_interference: Option<[f64; 2]>,
     /// On the blade's point (144)–(151).
     pub carried: [f64; 2],
     /// Without mutilation (158)–(163).
@@ -88,8 +88,10 @@ impl EdgeRadii {
             drive.min(coast)
         };
         let share = |alpha: f64| 1.0 / alpha.cos() - alpha.tan();
+        let interfering = [0, 1].map(|k| least(&|alpha| toe.edge_radius(k, alpha)));
+        let is_external = toe.radii.iter().all(|radius| *radius > 0.0);
         EdgeRadii {
-            without_interference: [0, 1].map(|k| least(&|alpha| toe.edge_radius(k, alpha))),
+            without_interference: is_external.then_some(interfering),
             carried: blade_points
                 .map(|point| least(&|alpha| ((point - FLAT) / share(alpha)).max(0.0))),
             without_mutilation: [0, 1].map(|k| {
@@ -103,11 +105,12 @@ impl EdgeRadii {
         }
     }
 
-    /// The least of the three.
-    pub fn largest(&self) -> [f64; 2] {
-        [0, 1].map(|k| {
+    /// The least of the three; none with an internal wheel.
+    pub fn largest(&self) -> Option<[f64; 2]> {
+        let interfering = self.without_interference?;
+        Some([0, 1].map(|k| {
             let both = self.carried[k].min(self.without_mutilation[k]);
-            both.min(self.without_interference[k])
-        })
+            both.min(interfering[k])
+        }))
     }
 }

@@ -11,6 +11,7 @@ use crate::gear::kernel::jet::Surface;
 use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::motion::Motion;
+use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::tool::{Arc, Line, Tool};
 use crate::numeric::sorting::sort_rising;
 
@@ -25,7 +26,9 @@ const STARTS: usize = 24;
 /// Weight of the cradle's turn squared, in radii of the work, against the distance of a start: of two places the one near the middle of
 /// the roll is the flank.
 const TURN_WEIGHT: f64 = 0.3;
-/// Cells along cradle and cutter angle in which limits are traced.
+/// Steps along the blade in which the limit of undercut is sought.
+const BLADE_STEPS: usize = 24;
+/// Cells along cradle and cutter angle in which limits of the second kind are traced.
 const LIMIT_CELLS: [usize; 2] = [24, 24];
 
 /// Steps from one place to another where one step fails.
@@ -170,9 +173,42 @@ impl BevelFlank {
         })
     }
 
-    /// Curves of a limit over the cradle and cutter angles `[x, θ]` of a domain.
-    pub fn limits(&self, limit: Limit, domain: [[f64; 2]; 2]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
-        limit_curves(&self.envelope, limit, domain, LIMIT_CELLS)
+    /// The limit of undercut on the line from tip to root at a share of the face: the first point with D = 0 between a point of the flank
+    /// near that line and the end of the blade. None where D keeps its sign.
+    ///
+    /// The flank turns back on the line there, so that a place has two points above the limit and none below; the blade has one at each s.
+    pub fn undercut_limit(&self, face: f64, near: [f64; 3]) -> Option<FlankPoint<WorkFrame>> {
+        let line = self.section.profile(face);
+        let point = |s: f64, [_, theta, x]: [f64; 3]| {
+            let at = self.envelope.on_section_line(s, line, [theta, x])?;
+            self.envelope.point(at)
+        };
+        let [end, _] = self.envelope.surface.range();
+        let mut before = point(near[0], near)?;
+        for k in 1..=BLADE_STEPS {
+            let s = near[0] + (end - near[0]) * k as f64 / BLADE_STEPS as f64;
+            let here = point(s, before.at)?;
+            if !is_cut_away(&before) && is_cut_away(&here) {
+                let undercut = |s: f64| Some(point(s, before.at)?.second_order.undercut);
+                return point(sign_change([before.at[0], s], undercut)?, before.at);
+            }
+            before = here;
+        }
+        None
+    }
+
+    /// Whether the end of the blade undercuts the flank at a share of the face, from a point of the flank near there.
+    pub fn is_undercut(&self, face: f64, [_, theta, x]: [f64; 3]) -> bool {
+        let [end, _] = self.envelope.surface.range();
+        let line = self.section.profile(face);
+        let at_end = self.envelope.on_section_line(end, line, [theta, x]);
+        let point = at_end.and_then(|at| self.envelope.point(at));
+        point.is_none_or(|point| is_cut_away(&point))
+    }
+
+    /// Curves of the limit of the second kind over the cradle and cutter angles `[x, θ]` of a domain.
+    pub fn second_limits(&self, domain: [[f64; 2]; 2]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
+        limit_curves(&self.envelope, Limit::Second, domain, LIMIT_CELLS)
     }
 
     /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle.

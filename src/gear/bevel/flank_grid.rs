@@ -92,6 +92,16 @@ impl FlankGrid {
         (row > 0).then(|| [share(column, self.columns), share(row, self.rows)])
     }
 
+    /// Parameters `[s, θ, φ_c]` of the lowest and the highest node on the flank in the column nearest a share of the face; none where it has
+    /// none.
+    pub fn ends_of_column(&self, face: f64) -> Option<[[f64; 3]; 2]> {
+        let column = (face * (self.columns - 1) as f64).round() as usize;
+        let nodes = || (0..self.rows).filter_map(|row| self.node(row, column));
+        let mut on_flank = nodes().filter(|n| !n.in_fillet).map(|n| n.point.at);
+        let lowest = on_flank.next()?;
+        Some([lowest, on_flank.next_back().unwrap_or(lowest)])
+    }
+
     /// The node of a row and a column.
     pub fn node(&self, row: usize, column: usize) -> Option<&ToothPoint> {
         self.nodes.get(row * self.columns + column)?.as_ref()

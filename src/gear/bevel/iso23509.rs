@@ -6,6 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::blank::{Blank, EndCone};
+use super::blank_fault::BlankFault;
 use super::face_hob::{ConeRule, FaceHob};
 use super::pitch_cones::{PitchConeDesign, ToothLine};
 use crate::gear::kernel::crossed_axes::CrossedAxes;
@@ -121,6 +122,18 @@ pub struct BlankPair {
     pub thicknesses: [f64; 2],
 }
 
+/// Why a design has no pitch cones.
+fn no_cones(design: &PitchConeDesign) -> BlankFault {
+    match (design.tooth_line, design.limit_curvatures()) {
+        (ToothLine::Limit { curvature, .. }, Some(reached))
+            if !(reached[0]..=reached[1]).contains(&curvature) =>
+        {
+            BlankFault::LimitCurvature { reached }
+        }
+        _ => BlankFault::NoPitchCones,
+    }
+}
+
 /// Pitch cones at the calculation point.
 #[derive(Debug, Clone, Copy)]
 struct Cones {
@@ -132,18 +145,34 @@ struct Cones {
 }
 
 impl BlankDesign {
-    /// The blanks; none where no pitch cones exist.
-    pub fn blanks(&self) -> Option<BlankPair> {
+    /// The blanks.
+    ///
+    /// # Errors
+    /// Data without pitch cones, or cones without teeth.
+    pub fn blanks(&self) -> Result<BlankPair, BlankFault> {
         let (cones, offset) = match self.method {
             PitchCones::Bevel { spiral_angle } => (self.bevel_cones(spiral_angle), 0.0),
             PitchCones::Hypoid { offset, .. } | PitchCones::FaceHobbed { offset, .. } => {
-                (self.hypoid_cones(&self.pitch_cone_design()?)?, offset)
+                (self.hypoid_cones()?, offset)
             }
         };
         let found = self.dimensions(&cones, offset);
-        let sane = found.blanks.iter().all(|b| b.section().is_some());
-        let finite = found.thicknesses.iter().all(|s| s.is_finite() && *s > 0.0);
-        (sane && finite).then_some(found)
+        for (member, blank) in found.blanks.iter().enumerate() {
+            if !(blank.face_width > 0.0 && blank.root_apex.is_finite()) {
+                return Err(BlankFault::NoFace { member });
+            }
+            let fault = |fault| BlankFault::Tooth { member, fault };
+            blank.section().map_err(fault)?;
+        }
+        for (member, thickness) in found.thicknesses.into_iter().enumerate() {
+            if thickness.is_nan() {
+                return Err(BlankFault::ToothLine);
+            }
+            if thickness <= 0.0 {
+                return Err(BlankFault::NoThickness { member, thickness });
+            }
+        }
+        Ok(found)
     }
 
     fn ratio(&self) -> f64 {
@@ -166,11 +195,12 @@ impl BlankDesign {
     }
 
     /// Pitch cones of a pair with offset; methods 2 and 3 put the calculation point in the middle of the face.
-    fn hypoid_cones(&self, design: &PitchConeDesign) -> Option<Cones> {
-        let found = design.solve()?;
+    fn hypoid_cones(&self) -> Result<Cones, BlankFault> {
+        let design = self.pitch_cone_design().ok_or(BlankFault::NoPitchCones)?;
+        let found = design.solve().ok_or_else(|| no_cones(&design))?;
         let [_, wheel] = found.pitch_angles;
         let outer = self.outer_pitch_diameter / (2.0 * wheel.sin());
-        Some(Cones {
+        Ok(Cones {
             angles: found.pitch_angles,
             distances: found.cone_distances,
             spirals: found.spiral_angles,
@@ -235,14 +265,6 @@ impl BlankDesign {
             groups: f64::from(blade_groups) / f64::from(self.teeth[1]),
             rule,
         })
-    }
-
-    /// The least limit radius of curvature that pitch cones of method 1 reach at the wanted spiral angle, m.
-    pub fn least_limit_radius(&self) -> Option<f64> {
-        let design = self.pitch_cone_design()?;
-        let is_limit = matches!(design.tooth_line, ToothLine::Limit { .. });
-        let [_, greatest] = is_limit.then(|| design.limit_curvatures())??;
-        Some(1.0 / greatest).filter(|radius| *radius > 0.0)
     }
 
     /// Clause 7: (110)–(173), thicknesses, end spiral angles.

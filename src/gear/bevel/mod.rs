@@ -8,7 +8,11 @@ pub mod settings;
 
 pub mod tooth_section;
 
+pub mod blank_fault;
+
 pub mod blank;
+
+pub mod cone_gap;
 
 pub mod rough_settings;
 

@@ -1,13 +1,14 @@
 //! Pitch cones of a hypoid pair from the wheel's radius, a spiral angle and a condition: the limit curvature of the tooth line or a cutter that hobs.
 //!
-//! Newton's method for the three coordinates of the pitch point, iterated until a step is 3e-8 of its scale: errors below 1e-10; every
-//! shaft angle, offset and its sign.
+//! The pitch angle of the pinion is the one free quantity. With it, ζ_mp follows from `a sin Σ = (r₂ cos δ₁ + r₁ cos δ₂) sin ζ_mp` and δ₂ from
+//! `cos Σ = cos δ₁ cos δ₂ cos ζ_mp − sin δ₁ sin δ₂`: ISO 23509:2016, Clause 7; every shaft angle, offset and its sign.
+
+use std::f64::consts::FRAC_PI_2;
 
 use super::face_hob::FaceHob;
 use super::pitch_point::PitchPoint;
 use crate::gear::kernel::crossed_axes::CrossedAxes;
-use crate::gear::kernel::newton::newton;
-use crate::gear::kernel::root::sign_change;
+use crate::gear::kernel::root::{greatest, sign_change};
 use crate::gear::kernel::vector::Vector;
 
 /// Data of the pitch cones.
@@ -42,87 +43,88 @@ pub enum ToothLine {
     },
 }
 
-/// Places of the pitch point along the offset at which Newton's method starts, in offsets: it lies near the axis of the pinion.
-const STARTS: [f64; 4] = [0.1, 0.0, 0.05, 0.2];
-/// Farthest place of the pitch point from the axis of the pinion along the offset, in offsets.
-const FARTHEST: f64 = 2.0;
-/// Parts of the way to it in which a change of sign is sought where Newton's method fails.
-const PARTS: i32 = 64;
-/// Step of central differences, in radii of the wheel: error of the derivatives about 1e-10, which slows the last step only.
-const DIFFERENCE: f64 = 1e-5;
+/// Parts of the range of the pinion's pitch angle in which a change of sign of the condition is sought.
+const PARTS: u32 = 64;
+/// Parts of a right angle in which the least offset angle is sought.
+const OFFSET_PARTS: u32 = 48;
+/// Least pitch angle of the pinion, and its least distance from the greatest, in shares of the greatest.
+const MARGIN: f64 = 1e-3;
 
 impl PitchConeDesign {
-    /// The pitch point; none where no pitch cones meet the condition.
+    /// The pitch point; of several that meet the condition the one whose pitch angle is nearest that without offset. None where none does.
     pub fn solve(&self) -> Option<PitchPoint> {
-        let near = STARTS.iter().find_map(|share| self.newton_from(*share));
-        near.or_else(|| self.by_bracket())
+        let off = |angle: f64| self.misfit(&self.at(angle)?);
+        let [from, to] = self.range();
+        let place = |k: u32| from + (to - from) * f64::from(k) / f64::from(PARTS);
+        let found = (0..PARTS).filter_map(|k| sign_change([place(k), place(k + 1)], off));
+        let (sin, cos) = self.axes.shaft_angle.sin_cos();
+        let plain = sin.atan2(1.0 / self.axes.ratio.abs() + cos);
+        let apart = |angle: &f64| (angle - plain).abs();
+        self.at(found.min_by(|a, b| apart(a).total_cmp(&apart(b)))?)
     }
 
     /// Limit curvatures `1/ρ_lim` that pitch cones of this spiral angle reach, least and greatest; none where there are no cones.
     pub fn limit_curvatures(&self) -> Option<[f64; 2]> {
-        let shares = (-PARTS..=PARTS).map(|k| FARTHEST * f64::from(k) / f64::from(PARTS));
-        let found = shares.filter_map(|share| Some(self.at_share(share)?.limit()?.curvature));
-        found.fold(None, |range: Option<[f64; 2]>, k| {
-            let [low, high] = range.unwrap_or([k; 2]);
-            Some([low.min(k), high.max(k)])
-        })
+        let most = |sign: f64| {
+            let curvature = |angle: f64| Some(sign * self.at(angle)?.limit()?.curvature);
+            greatest(self.range(), PARTS, curvature).map(|[_, most]| sign * most)
+        };
+        Some([most(-1.0)?, most(1.0)?])
     }
 
-    /// Estimate of y and z of the pitch point: that of a bevel pair.
-    fn estimate(&self) -> [f64; 2] {
-        let r2 = self.wheel_radius - self.outwards;
-        let offset_angle = (self.axes.offset / r2).clamp(-1.0, 1.0).asin();
-        let [pinion, wheel] = match self.tooth_line {
+    /// Pitch angles of external pinions, rad.
+    fn range(&self) -> [f64; 2] {
+        let greatest = self.axes.shaft_angle.min(FRAC_PI_2);
+        [MARGIN * greatest, (1.0 - MARGIN) * greatest]
+    }
+
+    /// The pitch point by the pitch angle of the pinion, of the least offset angle; none where no cones have it.
+    fn at(&self, pinion: f64) -> Option<PitchPoint> {
+        let CrossedAxes {
+            offset: a,
+            shaft_angle,
+            ..
+        } = self.axes;
+        let (sin_s, cos_s) = shaft_angle.sin_cos();
+        let off = |zeta: f64| {
+            let (wheel, [r1, r2]) = self.radii(pinion, zeta)?;
+            Some((r2 * pinion.cos() + r1 * wheel.cos()) * zeta.sin() - a * sin_s)
+        };
+        let place = |k: u32| (FRAC_PI_2 * f64::from(k) / f64::from(OFFSET_PARTS)).copysign(a);
+        let zeta = (0..OFFSET_PARTS).find_map(|k| sign_change([place(k), place(k + 1)], off))?;
+        let (wheel, [r1, r2]) = self.radii(pinion, zeta)?;
+        // t_zm1 and t_zm2 of Clause 7: heights of P along both axes.
+        let zeta_m = (zeta.sin() * pinion.cos() / sin_s).asin();
+        let across = r2 + r1 * wheel.cos() / pinion.cos();
+        let height_2 = r1 * wheel.sin() / pinion.cos() + zeta_m.cos() * across * cos_s / sin_s;
+        let height_1 = r2 * zeta_m.cos() * sin_s + height_2 * cos_s;
+        let point = Vector::new(
+            a - r2 * zeta_m.sin(),
+            (height_2 - height_1 * cos_s) / sin_s,
+            height_1,
+        );
+        PitchPoint::at(&self.axes, point)
+    }
+
+    /// Pitch angle of the wheel and radii of the pitch point by the pitch angle of the pinion and the offset angle in the pitch plane; none
+    /// where a spiral angle leaves ±90° or no cone of the wheel touches.
+    fn radii(&self, pinion: f64, zeta: f64) -> Option<(f64, [f64; 2])> {
+        let [beta_1, beta_2] = match self.tooth_line {
             ToothLine::Limit {
                 pinion_spiral_angle: beta,
                 ..
-            } => [beta, beta - offset_angle],
+            } => [beta, beta - zeta],
             ToothLine::Hobbed {
                 wheel_spiral_angle: beta,
                 ..
-            } => [beta + offset_angle, beta],
+            } => [beta + zeta, beta],
         };
-        let r1 = r2 * wheel.cos() * self.axes.ratio.abs() / pinion.cos();
-        let (sin, cos) = self.axes.shaft_angle.sin_cos();
-        [r1, r1 * (r2 / r1 + cos) / sin]
-    }
-
-    fn newton_from(&self, share: f64) -> Option<PitchPoint> {
-        let [y, z] = self.estimate();
-        let r2 = self.wheel_radius;
-        let scales = [0.2 * self.axes.offset.abs(), 0.5 * y, 0.5 * r2];
-        let h = DIFFERENCE * r2;
-        let found = newton([share * self.axes.offset, y, z], scales, |x| {
-            let mut rows = [[0.0; 3]; 3];
-            for j in 0..3 {
-                let step = |sign: f64| {
-                    let mut moved = x;
-                    moved[j] += sign * h;
-                    self.residual(moved)
-                };
-                let [plus, minus] = [step(1.0)?, step(-1.0)?];
-                (0..3).for_each(|i| rows[i][j] = (plus[i] - minus[i]) / (2.0 * h));
-            }
-            Some((self.residual(x)?, rows))
-        })?;
-        let point = PitchPoint::at(&self.axes, Vector::new(found[0], found[1], found[2]))?;
-        self.accepted(point)
-    }
-
-    /// Residuals at a place: radius, spiral angle, condition.
-    fn residual(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
-        let p = PitchPoint::at(&self.axes, Vector::new(x, y, z))?;
-        let radius = p.radii[1] + self.outwards * p.pitch_angles[1].sin();
-        let spiral = match self.tooth_line {
-            ToothLine::Limit {
-                pinion_spiral_angle,
-                ..
-            } => p.spiral_angles[0] - pinion_spiral_angle,
-            ToothLine::Hobbed {
-                wheel_spiral_angle, ..
-            } => p.spiral_angles[1] - wheel_spiral_angle,
-        };
-        Some([radius / self.wheel_radius - 1.0, spiral, self.misfit(&p)?])
+        let (along, up) = (pinion.cos() * zeta.cos(), pinion.sin());
+        let wheel = (self.axes.shaft_angle.cos() / along.hypot(up)).acos() - up.atan2(along);
+        let is_pair = beta_1.abs() < FRAC_PI_2 && beta_2.abs() < FRAC_PI_2 && wheel > 0.0;
+        let r2 = self.wheel_radius - self.outwards * wheel.sin();
+        let r1 = r2 * self.axes.ratio.abs() * beta_2.cos() / beta_1.cos();
+        is_pair.then_some((wheel, [r1, r2]))
     }
 
     /// Residual of the condition, relative.
@@ -133,50 +135,5 @@ impl PitchConeDesign {
             }
             ToothLine::Hobbed { cutter, .. } => cutter.misfit(p),
         }
-    }
-
-    /// The pitch point at a place along the offset with the stated radius and spiral angle.
-    fn at_share(&self, share: f64) -> Option<PitchPoint> {
-        let x = share * self.axes.offset;
-        let [y, z] = self.estimate();
-        let h = DIFFERENCE * self.wheel_radius;
-        let found = newton([y, z], [0.5 * y, 0.5 * self.wheel_radius], |[y, z]| {
-            let value = |y: f64, z: f64| {
-                let r = self.residual([x, y, z])?;
-                Some([r[0], r[1]])
-            };
-            let slopes = [
-                [value(y + h, z)?, value(y - h, z)?],
-                [value(y, z + h)?, value(y, z - h)?],
-            ];
-            let slope = |i: usize, j: usize| (slopes[j][0][i] - slopes[j][1][i]) / (2.0 * h);
-            Some((
-                value(y, z)?,
-                [[slope(0, 0), slope(0, 1)], [slope(1, 0), slope(1, 1)]],
-            ))
-        })?;
-        let point = PitchPoint::at(&self.axes, Vector::new(x, found[0], found[1]))?;
-        self.accepted(point)
-    }
-
-    /// The change of sign of the condition nearest the axis of the pinion.
-    fn by_bracket(&self) -> Option<PitchPoint> {
-        let off = |share: f64| self.misfit(&self.at_share(share)?);
-        let part = FARTHEST / f64::from(PARTS);
-        let brackets = (0..PARTS).flat_map(|k| {
-            let near = f64::from(k) * part;
-            [[near, near + part], [-near - part, -near]]
-        });
-        let found = brackets
-            .into_iter()
-            .find_map(|bracket| sign_change(bracket, off));
-        self.at_share(found?)
-    }
-
-    /// A pitch point whose cones are those of gears: P near the axis of the pinion on the side of the wheel, the pinion's cone external.
-    fn accepted(&self, found: PitchPoint) -> Option<PitchPoint> {
-        let share = found.point.x / self.axes.offset;
-        let external = found.pitch_angles[0] < std::f64::consts::FRAC_PI_2;
-        (share.abs() <= FARTHEST && found.point.y > 0.0 && external).then_some(found)
     }
 }

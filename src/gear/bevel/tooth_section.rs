@@ -44,12 +44,14 @@ impl ToothSection {
             Side::Toe => (toe_root, toe_tip, heel_root),
             Side::Heel => (heel_root, heel_tip, toe_root),
         };
-        let (dz, dr) = (to[0] - from[0], to[1] - from[1]);
-        let length = f64::hypot(dz, dr);
-        let (c_z, c_rho) = (-dr / length, dz / length);
-        let c_0 = c_z * from[0] + c_rho * from[1];
+        let [c_z, c_rho, c_0] = line(from, to);
         let sign = -(c_z * inside[0] + c_rho * inside[1] - c_0).signum();
         [sign * c_z, sign * c_rho, sign * c_0]
+    }
+
+    /// The line from root to tip at a share of the face, in the form of [`ToothSection::side`], on either side positive.
+    pub fn profile(&self, face: f64) -> [f64; 3] {
+        line(self.at(face, 0.0), self.at(face, 1.0))
     }
 
     /// Greatest length from root to tip, m.
@@ -113,4 +115,12 @@ impl ToothSection {
         }
         runs
     }
+}
+
+/// The line through two places `[z, ρ]` as `c_z z + c_ρ ρ = c₀`.
+fn line(from: [f64; 2], to: [f64; 2]) -> [f64; 3] {
+    let (dz, dr) = (to[0] - from[0], to[1] - from[1]);
+    let length = f64::hypot(dz, dr);
+    let (c_z, c_rho) = (-dr / length, dz / length);
+    [c_z, c_rho, c_z * from[0] + c_rho * from[1]]
 }

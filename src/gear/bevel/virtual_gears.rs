@@ -34,18 +34,19 @@ pub struct VirtualGears {
 }
 
 impl VirtualGears {
-    /// The virtual gears of blanks of these tooth numbers that carry along an effective face width b_eff; none with an offset.
+    /// The virtual gears of blanks of these tooth numbers that carry along an effective face width b_eff; none with an offset or an internal
+    /// wheel.
     pub fn of(
         pair: &BlankPair,
         teeth: [u32; 2],
         effective_face_width: f64,
     ) -> Option<VirtualGears> {
-        if pair.offset_angles[0] != 0.0 {
+        let cosines = pair.blanks.map(|b| b.pitch_angle.cos());
+        if pair.offset_angles[0] != 0.0 || cosines[1] < 0.0 {
             return None;
         }
         let (beta, alpha) = (pair.spiral_angles[0], pair.pressure_angles[0]);
         let transverse_pressure_angle = (alpha.tan() / beta.cos()).atan();
-        let cosines = pair.blanks.map(|b| b.pitch_angle.cos());
         let of = |value: &dyn Fn(usize) -> f64| [value(0), value(1)];
         let diameters = of(&|k| 2.0 * pair.blanks[k].mean_point()[1] / cosines[k]);
         let tip_diameters = of(&|k| diameters[k] + 2.0 * pair.addenda[k]);

@@ -108,6 +108,29 @@ impl<S: Surface, To> Envelope<S, To> {
         })
     }
 
+    /// The flank's point at u on the line `c_z z + c_ρ ρ = c₀` of axial sections, `[c_z, c_ρ, c₀]`, nearest `start`, `[θ, x]`; regular where
+    /// the flank turns back on the line, at its limit of the first kind. None where Newton's method finds none.
+    pub fn on_section_line(
+        &self,
+        u: f64,
+        [c_z, c_rho, c_0]: [f64; 3],
+        start: [f64; 2],
+    ) -> Option<[f64; 3]> {
+        let [_, theta, x] = self.scales_of_three();
+        let [theta, x] = newton(start, [theta, x], |[theta, x]| {
+            let meeting = self.meeting([u, theta, x])?;
+            let Jet { r, dr, .. } = meeting.jet;
+            let rho = f64::hypot(r.x, r.y);
+            let along = |d: Vector| c_z * d.z + c_rho * (r.x * d.x + r.y * d.y) / rho;
+            let [_, f_theta, f_x] = meeting.gradient;
+            Some((
+                [meeting.f, c_z * r.z + c_rho * rho - c_0],
+                [[f_theta, f_x], [along(dr[1]), along(meeting.velocity)]],
+            ))
+        })?;
+        Some([u, theta, x])
+    }
+
     /// The flank's distance d along the ray `point + d direction`, with its place `[u, θ, x]`, by Newton's method from `start`: the exact
     /// deviation of a changed flank from a node of the ideal one.
     pub fn on_ray(

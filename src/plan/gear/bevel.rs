@@ -1,5 +1,6 @@
 //! A bevel pair by machine settings: flanks on their blanks, limits, tooth, contact, stages.
 
+use super::bevel_blanks;
 use super::bevel_contact::{BevelContact, contact};
 use super::bevel_limits::{self, BevelLimit};
 use super::bevel_member::{MemberResult, member};
@@ -57,10 +58,8 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
     let members: [MemberResult; 2] = members
         .try_into()
         .map_err(|_| Error::new(Code::MissingKey, "the gears are not described"))?;
-    let mut diagnostics: Vec<Diagnostic> = limits
-        .iter()
-        .map(|l| bevel_limits::warning(file, l))
-        .collect();
+    let mut diagnostics = bevel_blanks::warnings(file);
+    diagnostics.extend(limits.iter().map(|l| bevel_limits::warning(file, l)));
     let sides = file.contact.side.flanks();
     let touching = [0, 1].map(|k| {
         let flank = members[k].flanks[sides[k]].as_ref();

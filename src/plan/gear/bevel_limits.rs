@@ -50,7 +50,7 @@ fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit>
     };
     let kinds = ["undercut", "second"].into_iter().enumerate();
     let mut found: Vec<BevelLimit> = kinds
-        .filter_map(|(k, kind)| Some((kind, of.limits.highest(k)?)))
+        .filter_map(|(k, kind)| Some((kind, of.limits.highest[k]?)))
         .map(limit)
         .collect();
     if found.is_empty() && !of.flank.envelope.motion.is_fixed() {

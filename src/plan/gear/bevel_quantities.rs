@@ -179,7 +179,7 @@ fn ends(design: &BlankPair, all: &mut Quantities) {
         (
             "edge radius without interference",
             "r_a01",
-            radii.without_interference,
+            radii.without_interference.unwrap_or([f64::NAN; 2]),
         ),
         ("edge radius on the blade point", "r_a02", radii.carried),
         (
@@ -187,7 +187,11 @@ fn ends(design: &BlankPair, all: &mut Quantities) {
             "r_a03",
             radii.without_mutilation,
         ),
-        ("largest edge radius", "r_a0", radii.largest()),
+        (
+            "largest edge radius",
+            "r_a0",
+            radii.largest().unwrap_or([f64::NAN; 2]),
+        ),
     ] {
         all.each(name, symbol, Millimetre, values);
     }

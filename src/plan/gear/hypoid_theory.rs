@@ -1,6 +1,7 @@
 //! Theory of a bevel or hypoid pair at its pitch point: pitch plane, limits, screw axis, contact of the flanks, surface of action.
 
 use super::geometry::{Quantities, QuantityUnit};
+use crate::gear::bevel::cone_gap::pitch_cone_gap;
 use crate::gear::bevel::flank_theory::{FlankTheory, KnownFlank, TheoryFlank};
 use crate::gear::bevel::pitch_point::PitchPoint;
 use crate::gear::bevel::structure_elements::StructureElements;
@@ -8,7 +9,7 @@ use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::vector::Vector;
 use crate::scene::bevel_file::{BevelFile, ContactSide};
 
-/// Both radii of the mean point agree with one point of space within this share: blanks are given to a few digits.
+/// Both radii of the mean point agree with one point of space, and the pitch cones touch, within this share: blanks are given to a few digits.
 const SAME_POINT: f64 = 0.01;
 
 /// Structure elements at the mean point by member and flank, where the file describes the flank.
@@ -33,7 +34,7 @@ pub fn axes(file: &BevelFile) -> CrossedAxes {
     }
 }
 
-/// The theory; none where the mean points of both blanks are not one point of space.
+/// The theory; none where the pitch cones do not touch, or the mean points of both blanks are not one point of space.
 pub fn theory(file: &BevelFile, elements: &FlankElements) -> Option<PairTheory> {
     let pitch_point = pitch_point(file, elements)?;
     let flank = |side| known_flank(file, elements, side)?.contact(&pitch_point);
@@ -43,9 +44,20 @@ pub fn theory(file: &BevelFile, elements: &FlankElements) -> Option<PairTheory> 
     })
 }
 
+/// The gap between the pitch cones at the mean point of the pinion, m, below zero where they overlap; none where they touch.
+pub(super) fn gap_of_pitch_cones(file: &BevelFile) -> Option<f64> {
+    let [pinion, gear] = file.members.each_ref().map(|m| &m.blank);
+    let gap = pitch_cone_gap(&axes(file), [pinion, gear]);
+    let [_, radius] = pinion.mean_point();
+    (gap.abs() > SAME_POINT * radius).then_some(gap)
+}
+
 fn pitch_point(file: &BevelFile, elements: &FlankElements) -> Option<PitchPoint> {
     let axes = axes(file);
     let [first, second] = file.members.each_ref().map(|m| m.blank);
+    if gap_of_pitch_cones(file).is_some() {
+        return None;
+    }
     if axes.offset == 0.0 {
         let of_design = file.design.map(|design| design.spiral_angles[0]);
         let of_flank = || {

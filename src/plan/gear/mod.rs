@@ -63,6 +63,9 @@ pub mod bevel_limits;
 /// Quantities of a bevel pair.
 mod bevel_quantities;
 
+/// Warnings about the blanks of a bevel pair.
+mod bevel_blanks;
+
 /// Result and stages of a bevel pair.
 pub mod bevel;
 
