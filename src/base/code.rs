@@ -31,7 +31,7 @@ macro_rules! codes {
 
 codes! {
     // files
-    FileMissing "file-missing" 2 "The file could not be found or opened, or permission is denied. Paths are relative to the working folder."
+    FileMissing "file-missing" 2 "The file could not be found or opened, or permission is denied. Paths of the command line are relative to the working folder, those of a file to its own folder."
     FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. Check whether the right file was named."
     NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
     Syntax "syntax" 2 "The file is not valid TOML. Text after the place shown was not checked."

@@ -472,7 +472,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "implausible",
         Warning,
-        "A value lies far outside the usual range, often because of its unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5 (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
+        "A value lies far outside the usual range, often because of its unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5, also of modes or as half a loss factor (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
     ),
     (
         "speeds-misfit",
@@ -502,7 +502,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "not-predictable",
         Warning,
-        "The motion amplifies every change of its start, as impacts after a loss of contact do, until two runs whose starts differ by a billionth of the deflections have nothing in common. Beyond the instant given, the history, its extremes and its end value are those of one run among many; another method, tolerance or processor gives others. Digits that do not hold are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
+        "The motion amplifies every change of its start, as impacts after a loss of contact do, until two runs whose starts differ by a billionth of the deflections have nothing in common. Beyond the instant given, the history, its extremes and its end value are those of one run among many (an output that keeps four digits to the end is shown); another method, tolerance or processor gives others. Digits that do not hold are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
     ),
     (
         "not-compared",
@@ -623,7 +623,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "readings-small",
         Warning,
-        "The total deviation of a chart is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
+        "The total deviation of a chart, of profiles and helices the span of the readings, is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
     ),
     (
         "limit-uncertain",

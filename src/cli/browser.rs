@@ -27,7 +27,12 @@ pub fn check(args: &PageArgs) -> Result<Option<&PathBuf>, Error> {
         return Ok(None);
     };
     files::ends(path, &["html"])?;
-    if args.open && matches!(Destination::from_path(path), Ok(Destination::Stream)) {
+    if args.open
+        && matches!(
+            Destination::from_path(path),
+            Ok(Destination::Stream | Destination::Pipe)
+        )
+    {
         let message = format!("{} is no file that a browser opens", path.display());
         return Err(Error::new(Code::Usage, message).with_hint("name a file, or omit --open"));
     }

@@ -15,6 +15,8 @@ pub enum Destination {
     File(PathBuf),
     /// A device, a pipe, or an open file by its `/dev` or `/proc` name: written as it is.
     Stream,
+    /// A named pipe: written through to the reader that waits at it.
+    Pipe,
 }
 
 /// Standard output takes a JSON document.
@@ -29,8 +31,8 @@ impl Destination {
     /// The destination that a path names.
     ///
     /// # Errors
-    /// The path is empty, `-`, a folder, a link that does not resolve, a pipe without a reader or a read-only file, its folder is
-    /// missing, or it is standard output where that is reserved.
+    /// The path is empty, `-`, a folder, a link that does not resolve or a read-only file, its folder is missing, or it is standard
+    /// output where that is reserved.
     pub fn from_path(path: &Path) -> Result<Destination, Error> {
         let name = path.display();
         let usage =
@@ -71,10 +73,7 @@ impl Destination {
             }
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(output_error(path, &e)),
             Ok(_) if is_open_file(path) => Ok(Destination::Stream),
-            Ok(found) if !found.is_file() && is_unread_pipe(path) => usage(
-                format!("{name} is a named pipe; writing to it would block without a reader"),
-                "name a file",
-            ),
+            Ok(_) if is_named_pipe(path) => Ok(Destination::Pipe),
             Ok(found) if !found.is_file() => Ok(Destination::Stream),
             Ok(found) if found.permissions().readonly() => usage(
                 format!("{name} is read-only and would be replaced"),
@@ -182,9 +181,48 @@ pub fn open_stream(path: &Path) -> io::Result<File> {
     OpenOptions::new().append(true).open(path)
 }
 
+/// Opens a named pipe for its reader. Opened without blocking, it fails (ENXIO) where no reader waits; the second opening, for writes
+/// that block, finds that reader.
+///
+/// # Errors
+/// No reader waits at the pipe, or it cannot be opened.
+#[cfg(unix)]
+pub fn open_pipe(path: &Path) -> Result<File, Error> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let probe = OpenOptions::new()
+        .write(true)
+        .custom_flags(libc::O_NONBLOCK)
+        .open(path);
+    match probe {
+        Err(e) if e.raw_os_error() == Some(libc::ENXIO) => {
+            let message = format!(
+                "{} is a named pipe without a reader, and writing to it would block",
+                path.display()
+            );
+            Err(Error::new(Code::Usage, message)
+                .with_hint("start its reader first, or name a file"))
+        }
+        Err(e) => Err(output_error(path, &e)),
+        // Held until the second opening, so that the reader does not see the end of its input.
+        Ok(_first) => OpenOptions::new()
+            .write(true)
+            .open(path)
+            .map_err(|e| output_error(path, &e)),
+    }
+}
+
+/// Opens a named pipe.
+///
+/// # Errors
+/// It cannot be opened.
+#[cfg(not(unix))]
+pub fn open_pipe(path: &Path) -> Result<File, Error> {
+    open_stream(path).map_err(|e| output_error(path, &e))
+}
+
 /// A pipe with a name of its own, not one that a shell has opened for its other end.
 #[cfg(unix)]
-fn is_unread_pipe(path: &Path) -> bool {
+fn is_named_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     let is_pipe = path
         .metadata()
@@ -193,6 +231,6 @@ fn is_unread_pipe(path: &Path) -> bool {
 }
 
 #[cfg(not(unix))]
-fn is_unread_pipe(_: &Path) -> bool {
+fn is_named_pipe(_: &Path) -> bool {
     false
 }

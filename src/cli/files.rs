@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::destination::{Destination, folder, open_stream, output_error, resolve_links};
+use super::destination::{
+    Destination, folder, open_pipe, open_stream, output_error, resolve_links,
+};
 use super::interrupt;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -14,6 +16,8 @@ use crate::base::error::Error;
 /// The output files of a run. Those not finished leave nothing behind.
 #[derive(Debug, Default)]
 pub struct OutputFiles {
+    /// Named pipes, open so that their readers wait for what is written.
+    pipes: Vec<(PathBuf, File)>,
     complete: Vec<(NamedTempFile, PathBuf)>,
     written: Vec<PathBuf>,
 }
@@ -24,6 +28,7 @@ impl OutputFiles {
     /// # Errors
     /// An output is no [`Destination`], its folder cannot be written, or it would overwrite an input or another output.
     pub fn new(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<OutputFiles, Error> {
+        let mut files = OutputFiles::default();
         let mut targets: Vec<PathBuf> = Vec::new();
         for path in outputs {
             let name = path.display();
@@ -35,8 +40,13 @@ impl OutputFiles {
                 );
                 return Err(Error::new(Code::Usage, message).with_hint("name another file"));
             }
-            let Destination::File(target) = destination else {
-                continue;
+            let target = match destination {
+                Destination::File(target) => target,
+                Destination::Pipe => {
+                    files.pipes.push((path.clone(), open_pipe(path)?));
+                    continue;
+                }
+                Destination::Stream => continue,
             };
             if targets.contains(&target) {
                 let message = format!("two outputs go to {name}");
@@ -47,7 +57,7 @@ impl OutputFiles {
             temporary(folder(&target)).map_err(|e| output_error(path, &e))?;
             targets.push(target);
         }
-        Ok(OutputFiles::default())
+        Ok(files)
     }
 
     /// Writes a file that is replaced when the run [finishes](Files::finish); a device or pipe is written at once.
@@ -71,8 +81,13 @@ impl OutputFiles {
     ) -> Result<(), Error> {
         let wrong = |e: io::Error| output_error(path, &e);
         match Destination::from_path(path)? {
-            Destination::Stream => {
-                let mut to = BufWriter::new(open_stream(path).map_err(wrong)?);
+            Destination::Stream | Destination::Pipe => {
+                let pipe = self.pipes.iter().position(|(named, _)| named == path);
+                let open = match pipe {
+                    Some(at) => self.pipes.swap_remove(at).1,
+                    None => open_stream(path).map_err(wrong)?,
+                };
+                let mut to = BufWriter::new(open);
                 fill(&mut to)?;
                 to.flush().map_err(wrong)?;
             }
@@ -139,14 +154,27 @@ pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Prefix of the names of temporary files.
+/// Names of temporary files: prefix, [`TEMP_RANDOM`] letters and digits, suffix.
 const TEMP_PREFIX: &str = ".geardyn-";
+const TEMP_RANDOM: usize = 12;
+const TEMP_SUFFIX: &str = ".partial";
+
+/// Whether a name is that of a temporary file of ours, and of no other file that begins so.
+fn is_temporary_name(name: &str) -> bool {
+    let random = name
+        .strip_prefix(TEMP_PREFIX)
+        .and_then(|rest| rest.strip_suffix(TEMP_SUFFIX));
+    random.is_some_and(|r| r.len() == TEMP_RANDOM && r.chars().all(|c| c.is_ascii_alphanumeric()))
+}
 
 /// A temporary file that a run holds under a lock, which ends with the process however it ends. Another run may have taken it for
 /// stale before it was locked; then another one is made. File systems without locks keep it, and keep stale ones.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMP_PREFIX);
+    builder
+        .prefix(TEMP_PREFIX)
+        .rand_bytes(TEMP_RANDOM)
+        .suffix(TEMP_SUFFIX);
     // Temporary files are made for their owner alone; an answer has the rights of any new file.
     #[cfg(unix)]
     {
@@ -171,7 +199,7 @@ fn without_path(error: io::Error) -> io::Error {
 /// Removes temporary files that no run holds any more. What cannot be removed is left.
 fn remove_stale(folder: &Path) {
     let is_temporary = |entry: &DirEntry| {
-        entry.file_name().to_string_lossy().starts_with(TEMP_PREFIX)
+        is_temporary_name(&entry.file_name().to_string_lossy())
             && entry.file_type().is_ok_and(|kind| kind.is_file())
     };
     let entries = folder.read_dir().into_iter().flatten().flatten();

@@ -53,6 +53,6 @@ pub fn written_files(files: &[impl AsRef<Path>]) -> String {
 }
 
 fn names(files: &[impl AsRef<Path>]) -> String {
-    let name = |f: &_| AsRef::<Path>::as_ref(f).display().to_string();
+    let name = |f: &_| render::sanitise(&AsRef::<Path>::as_ref(f).display().to_string());
     files.iter().map(name).collect::<Vec<_>>().join(" ")
 }

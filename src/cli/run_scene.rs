@@ -53,10 +53,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             drawn,
             args.quiet || args.json,
         );
-        let (name, result) = found.map_err(|e| match e.span {
-            Some(_) => e,
-            None => e.with_span(&study.span),
-        })?;
+        let (name, result) = match found {
+            Ok(found) => found,
+            // What was finished before is shown; where nothing was, the interrupt is the answer.
+            Err(e) if e.code == Code::Interrupted && !documents.is_empty() => break,
+            Err(e) if e.span.is_some() => return Err(e.into()),
+            Err(e) => return Err(e.with_span(&study.span).into()),
+        };
         let result = &*result;
         if !args.json {
             let gap = if documents.is_empty() { "" } else { "\n" };
@@ -77,11 +80,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         documents.push(json!({ "study": name, "result": document(result)? }));
         exit = exit.max(present::exit_code(result));
         if cancel.is_cancelled() {
-            exit = interrupt::EXIT_INTERRUPTED;
             break;
         }
     }
-    let whole = exit != interrupt::EXIT_INTERRUPTED;
+    let whole = !cancel.is_cancelled();
+    if !whole {
+        exit = interrupt::EXIT_INTERRUPTED;
+    }
     for path in html.iter().filter(|_| whole) {
         let command = present::command_line();
         let title = if title.is_empty() { &command } else { title };
@@ -97,12 +102,21 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     if args.json {
         let sources = &scene.sources;
         let about = Provenance::of_plan(sources, &[], &[]);
-        let document = json!({ "geardyn": about.header(), "title": title, "studies": documents, "warnings": [] });
+        let document = json!({ "geardyn": about.header(), "title": title, "studies": documents, "interrupted": !whole, "warnings": [] });
         output::document(&document)?;
     }
     if !args.quiet {
+        let finished = documents.len();
+        let missing = scene.studies.len() - finished;
+        let ended = match missing {
+            0 => String::new(),
+            _ => format!(
+                "interrupted: {finished} of {} studies finished\n",
+                scene.studies.len()
+            ),
+        };
         let note = footer::written_files(&written) + &footer::not_written(&named, whole);
-        output::print_note(&note);
+        output::print_note(&(ended + &note));
     }
     Ok(exit)
 }

@@ -186,7 +186,8 @@ fn add_elements(
         if lasting != 0.0 {
             builder.machine.loads.push((dof, lasting));
         }
-        builder.machine.histories.push((dof, load.history.clone()));
+        let (history, span) = (load.history.clone(), load.at.span.clone());
+        builder.machine.histories.push((dof, history, span));
         if let LoadHistory::FaceMill(mill) = &load.history {
             add_face_mill_forces(builder, &load.at, mill)?;
         }
@@ -222,7 +223,8 @@ fn add_face_mill_forces(
                 ));
         }
         let whole = LoadHistory::FaceMill(mill.clone());
-        builder.machine.histories.push((dof, whole));
+        let span = head.span.clone();
+        builder.machine.histories.push((dof, whole, span));
     }
     Ok(())
 }

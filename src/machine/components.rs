@@ -29,8 +29,8 @@ pub struct Machine {
     pub gyroscopic: Vec<GyroscopicTerms>,
     /// Lasting part of the torques, N·m, by degree of freedom.
     pub loads: Vec<(usize, f64)>,
-    /// The torques over time, by degree of freedom.
-    pub histories: Vec<(usize, LoadHistory)>,
+    /// The torques over time, by degree of freedom, each with its place in the file.
+    pub histories: Vec<(usize, LoadHistory, SourceSpan)>,
     /// Motors that drive by speed.
     pub motors: Vec<MotorDrive>,
     /// Dry friction.

@@ -415,7 +415,7 @@ pub fn mean_speeds(
 }
 
 /// A bearing that holds the rotation of one body.
-fn supports_turning(machine: &Machine, branch: &Branch) -> bool {
+pub fn supports_turning(machine: &Machine, branch: &Branch) -> bool {
     let turns = |t: &(usize, f64)| machine.dofs[t.0].axis == Axis::Theta;
     let grounded = matches!(&branch.direction.terms[..], [only] if turns(only));
     grounded && machine.elements[branch.element].kind == "bearing"

@@ -4,8 +4,8 @@
 //! and multiples (Dresig & Holzweißig, Dynamics of Machinery, 2010, ch. 4, for what excites them).
 
 use crate::base::error::Error;
-use crate::machine::components::{BranchLaw, Gear, Machine};
-use crate::machine::kinematics::{Kinematics, mean_speeds, no_rotation_error};
+use crate::machine::components::{Branch, BranchLaw, Gear, Machine};
+use crate::machine::kinematics::{Kinematics, mean_speeds, no_rotation_error, supports_turning};
 use crate::numeric::exact_constraints::ExactConstraints;
 use crate::numeric::fraction::Fraction;
 use crate::numeric::sorting::sort_rising;
@@ -228,15 +228,33 @@ impl SpeedConstraints {
     }
 }
 
-/// Kinematic constraints between speeds: rigid and elastic joints alike, short rows first. One unknown is left over at the end.
+/// Kinematic constraints between speeds: rigid and elastic joints alike, short rows first. One unknown is left over at the end. As in
+/// [`mean_speeds`], torsional supports hold about the mean turn where with them nothing, or not what is said to turn, could turn.
 fn joint_constraints(machine: &Machine, unknowns: usize) -> ExactConstraints {
+    let all = constraints_of(machine, unknowns, |_| true);
+    let held = |&(dof, speed): &(usize, f64)| speed != 0.0 && all.is_zero(dof);
+    if (0..machine.dofs.len()).any(|dof| !all.is_zero(dof)) && !machine.speeds.iter().any(held) {
+        return all;
+    }
+    constraints_of(machine, unknowns, |branch| {
+        !supports_turning(machine, branch)
+    })
+}
+
+fn constraints_of(
+    machine: &Machine,
+    unknowns: usize,
+    counts: impl Fn(&Branch) -> bool,
+) -> ExactConstraints {
     let mut turning = ExactConstraints::new(unknowns);
     let mut rows: Vec<&[(usize, f64)]> = machine
         .branches
         .iter()
-        .filter(
-            |branch| !matches!(branch.law, BranchLaw::Linear { stiffness, .. } if stiffness == 0.0),
-        )
+        .filter(|branch| match branch.law {
+            BranchLaw::Linear { stiffness, .. } => stiffness != 0.0,
+            BranchLaw::Rigid => true,
+        })
+        .filter(|branch| counts(branch))
         .map(|branch| branch.direction.terms.as_slice())
         .collect();
     rows.sort_by_key(|row| row.len());

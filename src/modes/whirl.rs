@@ -31,7 +31,7 @@ impl Whirl {
     }
 }
 
-/// A node that moves along two axes across its shaft.
+/// Translations or tilts of a node along two axes across its shaft.
 struct LateralAxes {
     x: usize,
     y: usize,
@@ -39,7 +39,7 @@ struct LateralAxes {
     turning: Option<usize>,
 }
 
-/// Nodes of a machine that can whirl.
+/// Nodes of a machine that can whirl: all that move across their axis but planets, whose places turn with the carrier.
 pub struct WhirlNodes {
     pairs: Vec<LateralAxes>,
     mass: Vec<f64>,
@@ -56,7 +56,10 @@ impl WhirlNodes {
     pub fn new(machine: &Machine) -> WhirlNodes {
         let mass = mass_diagonal(machine);
         let mut pairs = Vec::new();
-        for node in 0..machine.nodes.len() {
+        for (node, made) in machine.nodes.iter().enumerate() {
+            if machine.elements[made.element].kind == "planetary" {
+                continue;
+            }
             let dof = |axis| {
                 machine
                     .dofs

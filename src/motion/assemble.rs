@@ -14,6 +14,7 @@ use super::signal::Signal;
 use super::wave::{PeriodicFunction, WavePhase, Waveform};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::source_span::SourceSpan;
 use crate::machine::components::{self, FrictionCapacity, Machine};
 use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
@@ -602,7 +603,7 @@ impl Assembler<'_> {
 
     /// Loads whose orders are locked to the angle of their node.
     fn angle_locked_loads(&self) -> Vec<ForceElement> {
-        let load = |(dof, history): &(usize, LoadHistory)| match history {
+        let load = |(dof, history, _): &(usize, LoadHistory, SourceSpan)| match history {
             LoadHistory::Orders { mean, orders } if self.phase == MeshPhase::Angle => {
                 Some(bare_element(
                     load_name(self.machine, *dof),
@@ -634,7 +635,7 @@ impl Assembler<'_> {
     /// Loads over time by degree of freedom, orders where they turn at the mean speed.
     fn loads(&self) -> Result<Vec<(usize, Signal)>, Error> {
         let mut loads = Vec::new();
-        for (dof, history) in &self.machine.histories {
+        for (dof, history, span) in &self.machine.histories {
             if matches!(history, LoadHistory::Constant(torque) if self.is_replaced_by_motor(*dof, *torque))
             {
                 continue;
@@ -656,7 +657,7 @@ impl Assembler<'_> {
                     let head = all.position(|f| f.node == moved.node);
                     cutting::cutting_force(mill, self.speed(head.unwrap_or(*dof))?, moved.axis)?
                 }
-                history => known::signal(history)?,
+                history => known::signal(history).map_err(|e| e.with_span(span))?,
             };
             loads.push((*dof, signal));
         }

@@ -381,7 +381,7 @@ impl DynamicModel {
     }
 
     /// Known functions of time: what drives and what is imposed.
-    fn signals(&self) -> impl Iterator<Item = &Signal> {
+    pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let imposed = self
             .elements
             .iter()

@@ -84,7 +84,7 @@ pub mod energy_balance;
 
 mod cutting;
 
-mod known;
+pub mod known;
 
 mod star_mesh;
 

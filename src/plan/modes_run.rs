@@ -23,6 +23,7 @@ use crate::modes::reduction::{
 use crate::modes::sensitivity::{FrequencySensitivity, sensitivities};
 use crate::modes::state_space::StateSpace;
 use crate::modes::state_space::participation::{ModalParticipation, participation};
+use crate::modes::state_space::signals::{parse_input, parse_output};
 use crate::modes::system_matrices::AnalysisContext;
 use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal_matrices, undamped};
@@ -125,6 +126,41 @@ pub fn check_budget(
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
     }
     Ok(())
+}
+
+/// Refuses what no solution is needed to refuse: the size of the machine, and names of reductions and state-space forms.
+///
+/// # Errors
+/// Those of [`check_budget`], of [`reduction::coordinate_by_name`], [`parse_input`] and [`parse_output`].
+pub fn refuse(
+    prepared_machine: &PreparedMachine,
+    study: &ModesStudy,
+    plan: &ModesPlan,
+) -> Result<(), Error> {
+    check_budget(prepared_machine, study, plan)?;
+    kept_coordinates(prepared_machine, study)?;
+    let machine = &prepared_machine.machine;
+    if let Some(wanted) = &study.state_space {
+        for name in &wanted.inputs {
+            parse_input(machine, name)?;
+        }
+        for name in &wanted.outputs {
+            parse_output(machine, name)?;
+        }
+    }
+    Ok(())
+}
+
+/// The coordinates that a reduction keeps.
+fn kept_coordinates(
+    prepared_machine: &PreparedMachine,
+    study: &ModesStudy,
+) -> Result<Vec<usize>, Error> {
+    let names = study.reduce.iter().flat_map(|wanted| &wanted.keep);
+    let (machine, model) = (&prepared_machine.machine, &prepared_machine.model);
+    names
+        .map(|name| reduction::coordinate_by_name(machine, model, name))
+        .collect()
 }
 
 fn complex_of_many(n: usize) -> Error {
@@ -373,13 +409,7 @@ impl ModesRun<'_> {
             return Ok(());
         };
         let context = self.case()?;
-        let coordinate =
-            |name: &String| reduction::coordinate_by_name(context.machine, context.model, name);
-        let kept = wanted
-            .keep
-            .iter()
-            .map(coordinate)
-            .collect::<Result<Vec<usize>, Error>>()?;
+        let kept = kept_coordinates(self.machine, self.study)?;
         // Modes up to twice the band: what is left out is then far from resonance in it.
         let selection = wanted
             .modes

@@ -30,6 +30,7 @@ pub fn warnings(model: &Model, machine: &Machine, kinematics: &Kinematics) -> Ve
     let mut all = modules(model);
     all.extend(inertias(model));
     all.extend(ratios(machine));
+    all.extend(modal_ratios(model));
     all.extend(speeds(machine, kinematics));
     all
 }
@@ -110,25 +111,44 @@ fn inertias(model: &Model) -> Vec<Diagnostic> {
     thin.collect()
 }
 
-/// Damping ratios of elements.
+/// Damping ratios and loss factors of elements; at resonance a loss factor η damps as ζ = η/2.
 fn ratios(machine: &Machine) -> Vec<Diagnostic> {
     let branches = machine.branches.iter().enumerate();
-    let large = branches.filter_map(|(at, b)| match b.law {
-        BranchLaw::Linear {
-            loss: BranchDamping::Ratio(ratio),
-            ..
-        } if ratio > RATIO => Some((at, ratio)),
-        _ => None,
+    let large = branches.filter_map(|(at, b)| {
+        let BranchLaw::Linear { loss, .. } = b.law else {
+            return None;
+        };
+        let (key, value, ratio) = match loss {
+            BranchDamping::Ratio(ratio) => ("damping_ratio", ratio, ratio),
+            BranchDamping::Factor(factor) => ("loss_factor", factor, 0.5 * factor),
+            BranchDamping::None | BranchDamping::Viscous(_) => return None,
+        };
+        (ratio > RATIO).then(|| {
+            (
+                format!("{key} of {} is {value}", machine.branch_name(at)),
+                ratio,
+            )
+        })
     });
-    let all = large.map(|(at, ratio)| {
+    let all = large.map(|(stated, ratio)| {
         let message = format!(
-            "damping_ratio of {} is {ratio}, and usual is 0.03 to 0.17 for gear meshes (Kasuba and Evans 1981), less for steel shafts",
-            machine.branch_name(at)
+            "{stated}, a damping ratio of {ratio}, and usual is 0.03 to 0.17 for gear meshes (Kasuba and Evans 1981), less for steel shafts"
         );
         let hint = "0.05 is five per cent; a damper that is meant so strong is `c`";
         warning("implausible", message, hint)
     });
     all.collect()
+}
+
+/// Damping ratios of modes.
+fn modal_ratios(model: &Model) -> Option<Diagnostic> {
+    let largest = model.damping.modal.iter().copied().fold(0.0, f64::max);
+    (largest > RATIO).then(|| {
+        let message = format!(
+            "[damping] modal is {largest}, and a mode with a damping ratio above {RATIO} hardly oscillates"
+        );
+        warning("implausible", message, "0.02 is two per cent")
+    })
 }
 
 /// Stated speeds that the ratios do not allow.

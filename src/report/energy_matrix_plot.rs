@@ -1,8 +1,8 @@
 //! Energy-share plot: elements by modes, symbol areas in proportion to the share.
 
 use super::svg::{
-    Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Point2, TITLE_SIZE, WIDTH,
-    render_svg, significant, text_width, truncate_label, widest,
+    Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Point2, TITLE_LEFT, TITLE_SIZE,
+    WIDTH, render_svg, significant, text_width, title_height, truncate_label, widest,
 };
 use crate::modes::energy::EnergyShares;
 use crate::numeric::sorting::sort_falling;
@@ -24,12 +24,18 @@ const FULL: f64 = 8.6;
 const ROW_HEIGHT: f64 = 21.0;
 
 /// Strain and kinetic energy of the first `count` modes, twenty at most, by element.
-pub fn draw_energy_matrix(machine: &PreparedMachine, result: &ModesResult, count: usize) -> String {
+pub fn draw_energy_matrix(
+    title: &str,
+    machine: &PreparedMachine,
+    result: &ModesResult,
+    count: usize,
+) -> String {
     let shown = result.modes.len().min(result.energies.len());
     let energies = &result.energies[..shown.min(count).min(MAX_MODES)];
     let (elements, left_out) = significant_elements(energies);
     let name = |&e: &usize| truncate_label(&machine.machine.elements[e].name, 24);
     let table = EnergyMatrix {
+        title,
         names: elements.iter().map(name).collect(),
         elements,
         left_out,
@@ -65,6 +71,7 @@ fn significant_elements(energies: &[EnergyShares]) -> (Vec<usize>, usize) {
 }
 
 struct EnergyMatrix<'a> {
+    title: &'a str,
     names: Vec<String>,
     elements: Vec<usize>,
     left_out: usize,
@@ -75,8 +82,10 @@ struct EnergyMatrix<'a> {
 impl EnergyMatrix<'_> {
     fn draw(&self) -> String {
         let (n, m) = (self.energies.len(), self.elements.len());
-        let height = 60.0 + m as f64 * ROW_HEIGHT + 46.0;
+        let top = title_height(self.title) + 60.0;
+        let height = top + m as f64 * ROW_HEIGHT + 46.0;
         render_svg(WIDTH, height, |canvas| {
+            canvas.title(self.title, TITLE_LEFT);
             if n == 0 {
                 let middle = (WIDTH / 2.0, height / 2.0);
                 canvas.placeholder("no modes", middle);
@@ -86,7 +95,7 @@ impl EnergyMatrix<'_> {
             let column = ((WIDTH - left - 12.0) / n as f64).min(72.0);
             let grid = EnergyGrid {
                 left,
-                top: 60.0,
+                top,
                 column,
                 columns: n,
                 rows: m,
@@ -100,18 +109,19 @@ impl EnergyMatrix<'_> {
 
     fn heads(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let end = grid.left - 8.0;
-        canvas.label("mode", (end, 24.0), Anchor::End);
-        canvas.label("frequency, Hz", (end, 42.0), Anchor::End);
+        let [modes, frequencies] = [grid.top - 36.0, grid.top - 18.0];
+        canvas.label("mode", (end, modes), Anchor::End);
+        canvas.label("frequency, Hz", (end, frequencies), Anchor::End);
         for k in 0..grid.columns {
             let (x, _) = grid.centre(k, 0);
             let mode = format!("{}", k + 1);
-            canvas.text(&mode, (x, 24.0), TITLE_SIZE, BLACK, Anchor::Middle);
+            canvas.text(&mode, (x, modes), TITLE_SIZE, BLACK, Anchor::Middle);
             let digits = if grid.column < 44.0 { 3 } else { 4 };
             let frequency = match self.frequencies[k] {
                 0.0 => "0".to_string(),
                 f => significant(f, digits),
             };
-            canvas.label(&frequency, (x, 42.0), Anchor::Middle);
+            canvas.label(&frequency, (x, frequencies), Anchor::Middle);
         }
         for (row, name) in self.names.iter().enumerate() {
             let (_, y) = grid.centre(0, row);

@@ -3,7 +3,8 @@
 use super::node_layout::{LayoutNode, LinkKind, layout_nodes};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Panel,
-    TITLE_SIZE, WIDTH, hertz, render_svg, significant, text_width, ticks, truncate_label, widest,
+    TITLE_LEFT, TITLE_SIZE, WIDTH, hertz, render_svg, significant, text_width, ticks, title_height,
+    truncate_label, widest,
 };
 use super::train::ratios;
 use crate::machine::components::Machine;
@@ -34,6 +35,7 @@ const ROUNDING: f64 = 1e-9;
 /// Rotations are divided by each node's ratio to the first where one rigid-body motion turns every node: then the rigid mode is
 /// a flat line, and what is not flat is wind-up. Shapes are turned so that the largest rotation is real and positive.
 pub fn draw_mode_shapes(
+    title: &str,
     prepared_machine: &PreparedMachine,
     result: &ModesResult,
     count: usize,
@@ -52,7 +54,7 @@ pub fn draw_mode_shapes(
         stops,
         sideways,
     };
-    sheet.draw(modes, &result.energies)
+    sheet.draw(title, modes, &result.energies)
 }
 
 /// The degrees of freedom that are no rotation about a shaft: displacements, then tilts.
@@ -101,7 +103,7 @@ impl ModeShapeFigure<'_> {
         !self.sideways.is_empty()
     }
 
-    fn layout(&self, n_modes: usize) -> ShapeLayout {
+    fn layout(&self, title: &str, n_modes: usize) -> ShapeLayout {
         let beside = !self.lateral() && self.stops.len() <= NARROW && n_modes > 1;
         let columns = if beside { 2 } else { 1 };
         let rows = n_modes.div_ceil(columns).max(1);
@@ -114,7 +116,7 @@ impl ModeShapeFigure<'_> {
         let panel = (width, 92.0);
         let names = self.node_names().into_iter().chain(self.sideways_names());
         let names = widest(names, LABEL_SIZE, 0.0) + 8.0;
-        let top = if self.complex { 34.0 } else { 12.0 };
+        let top = title_height(title) + if self.complex { 34.0 } else { 12.0 };
         let height = top + rows as f64 * (panel.1 + HEADING) + names + 26.0;
         ShapeLayout {
             columns,
@@ -142,30 +144,31 @@ impl ModeShapeFigure<'_> {
         self.sideways.iter().map(name).collect()
     }
 
-    fn draw(&self, modes: &[Mode], energies: &[EnergyShares]) -> String {
-        let layout = self.layout(modes.len());
+    fn draw(&self, title: &str, modes: &[Mode], energies: &[EnergyShares]) -> String {
+        let layout = self.layout(title, modes.len());
         render_svg(WIDTH, layout.height, |canvas| {
+            canvas.title(title, TITLE_LEFT);
             if modes.is_empty() {
                 let middle = (WIDTH / 2.0, layout.height / 2.0);
                 canvas.placeholder("no modes", middle);
                 return;
             }
             if self.complex {
-                draw_legend(canvas);
+                draw_legend(canvas, title_height(title));
             }
             for (i, mode) in modes.iter().enumerate() {
                 let (row, column) = (i / layout.columns, i % layout.columns);
                 let left = MARGIN_LEFT + column as f64 * (layout.panel.0 + SPACING);
                 let top = layout.top + HEADING + row as f64 * (layout.panel.1 + HEADING);
-                let title = self.title(i, mode, energies.get(i));
+                let heading = self.heading(i, mode, energies.get(i));
                 let lowest = i + layout.columns >= modes.len();
-                self.row(canvas, (left, top), &layout, mode, &title, lowest);
+                self.row(canvas, (left, top), &layout, mode, &heading, lowest);
             }
             self.label_axes(canvas, &layout);
         })
     }
 
-    fn title(&self, i: usize, mode: &Mode, energies: Option<&EnergyShares>) -> String {
+    fn heading(&self, i: usize, mode: &Mode, energies: Option<&EnergyShares>) -> String {
         let start = format!("mode {} · {}", i + 1, hertz(mode.frequency_hz()));
         if mode.rigid {
             return format!("{start} · rigid body");
@@ -394,8 +397,8 @@ impl ModeShapeFigure<'_> {
 }
 
 /// Says once how the two parts of a complex shape are drawn.
-fn draw_legend(canvas: &mut Canvas) {
-    let y = 14.0;
+fn draw_legend(canvas: &mut Canvas, top: f64) {
+    let y = top + 14.0;
     canvas.line((MARGIN_LEFT, y), (MARGIN_LEFT + 26.0, y), BLACK, 1.6);
     let x = MARGIN_LEFT + 32.0;
     canvas.label("real part", (x, y), Anchor::Start);

@@ -138,16 +138,16 @@ impl Presentation for ModesReport<'_> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let (machine, result) = (self.machine, &self.result);
+        let (machine, result, title) = (self.machine, &self.result, &self.scene.model.title);
         if let Some(found) = &result.campbell {
             let operating = operating_rpm(&machine.machine, &found.reference);
             let figure = campbell::figure(found, machine.model.rigid.len(), operating);
-            let title = self.scene.model.title.clone();
+            let title = title.clone();
             return Ok(vec![Figure::first(PlotColumn { title, ..figure })]);
         }
         Ok(vec![
-            Figure::first(draw_mode_shapes(machine, result, PANELS)),
-            Figure::new("energies", draw_energy_matrix(machine, result, ROWS)),
+            Figure::first(draw_mode_shapes(title, machine, result, PANELS)),
+            Figure::new("energies", draw_energy_matrix(title, machine, result, ROWS)),
         ])
     }
 

@@ -41,7 +41,7 @@ pub fn extend(document: &mut Value, setup: &SimulationSetup, sensitivity: Option
     document["sensitivity"] = json!({
         "factor": found.amplification.map(|a| a.factor),
         "is_lower_bound": found.amplification.is_some_and(|a| a.is_lower_bound), "change": found.change(),
-        "predictable_until_s": found.until(), "all_shown_digits_hold": found.all_shown(),
+        "predictable_until_s": found.until(), "not_predictable_s": found.temporary_parting, "all_shown_digits_hold": found.all_shown(),
         "run_time_s": found.seconds, "outputs": outputs,
     });
 }
@@ -81,7 +81,14 @@ pub fn text(setup: &SimulationSetup, sensitivity: &Sensitivity) -> String {
         (None, Some(factor)) if factor < SLIGHT => {
             "the errors of the method leave the digits shown: request a tighter tolerance or a shorter step".to_string()
         }
-        (None, _) => "only digits that hold are shown".to_string(),
+        (None, _) => match sensitivity.temporary_parting {
+            None => "only digits that hold are shown".to_string(),
+            Some([from, to]) => format!(
+                "not predictable between t = {} and {}, only digits that hold are shown",
+                format_time(from),
+                format_time(to)
+            ),
+        },
     };
     let mut text = format!("\n{}; {what}\n", factor_text(sensitivity.amplification));
     let below = PERCENTILES.map(|share| format!("|{:.0} % below", 100.0 * share));

@@ -88,6 +88,14 @@ pub struct Canvas<'a> {
     backend: SVGBackend<'a>,
 }
 
+/// Left edge of the title of a drawing without axes, points.
+pub const TITLE_LEFT: f64 = 14.0;
+
+/// Height that the title of a drawing takes, points.
+pub fn title_height(title: &str) -> f64 {
+    if title.is_empty() { 0.0 } else { 20.0 }
+}
+
 /// Draws one plot and returns it as SVG.
 pub fn render_svg(width: f64, height: f64, draw: impl FnOnce(&mut Canvas)) -> String {
     let (w, h) = (fine(width), fine(height));
@@ -176,8 +184,11 @@ impl Canvas<'_> {
         self.write(text, spot, size, ink, anchor, FontTransform::None);
     }
 
-    /// The title of a figure, above its left edge.
+    /// The title of a figure, above its left edge; none where it is empty.
     pub fn title(&mut self, text: &str, left: f64) {
+        if text.is_empty() {
+            return;
+        }
         self.text(text, (left, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
     }
 

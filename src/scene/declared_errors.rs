@@ -74,7 +74,7 @@ pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
                 ValueRange::Open(-1.0, 1.0, "within ±1 m, of a coupling ±1 rad"),
                 None,
             );
-            table(f, "values", values.unwrap_or_default())
+            table(f, "values", values)
         }
         "file" => {
             let values = from_file(f, kind);
@@ -178,8 +178,9 @@ fn read_harmonics(f: &mut TableReader, cause: ErrorCause, kind: QuantityKind) ->
     }
 }
 
-fn table(f: &mut TableReader, key: &str, values: Vec<f64>) -> ErrorDefinition {
-    if values.len() < 2 && f.has(key) {
+/// An error by its values; `None` where they could not be read, which is reported already.
+fn table(f: &mut TableReader, key: &str, values: Option<Vec<f64>>) -> ErrorDefinition {
+    if values.as_ref().is_some_and(|values| values.len() < 2) {
         f.report_key(
             Code::OutOfRange,
             key,
@@ -187,6 +188,7 @@ fn table(f: &mut TableReader, key: &str, values: Vec<f64>) -> ErrorDefinition {
             "give one value a tooth, cumulative; of a screw one at every step of its `travel`",
         );
     }
+    let values = values.unwrap_or_default();
     match f.optional_quantity("travel", QuantityKind::Length, ValueRange::Positive) {
         Some(travel) => ErrorDefinition::Travel { values, travel },
         None => ErrorDefinition::Table(values),
@@ -194,11 +196,11 @@ fn table(f: &mut TableReader, key: &str, values: Vec<f64>) -> ErrorDefinition {
 }
 
 /// Values of a text file: one a line, the last of its cells; lines before the first number are its head.
-fn from_file(f: &mut TableReader, kind: QuantityKind) -> Vec<f64> {
+fn from_file(f: &mut TableReader, kind: QuantityKind) -> Option<Vec<f64>> {
     let unit = f.optional_text("file_unit");
     f.require("file_unit");
     let (Some(name), Some(unit)) = (f.optional_text("file"), unit) else {
-        return Vec::new();
+        return None;
     };
     let place = f.span_of("file").clone();
     let beside = Path::new(&place.source().path)
@@ -207,7 +209,11 @@ fn from_file(f: &mut TableReader, kind: QuantityKind) -> Vec<f64> {
     let path = beside.join(name);
     let read = || {
         let factor = quantity::parse(&format!("1 {unit}"), kind, "`file_unit`")?;
-        let source = load::load(&path)?;
+        let source = load::load(&path).map_err(|error| match error.code {
+            Code::FileMissing => error
+                .with_hint("the path starts from the folder of the file that has the [[error]]"),
+            _ => error,
+        })?;
         let mut values: Vec<f64> = Vec::new();
         for (at, line) in source.text.lines().enumerate() {
             let cell = line.rsplit([',', ';', '\t']).next().unwrap_or("").trim();
@@ -228,10 +234,9 @@ fn from_file(f: &mut TableReader, kind: QuantityKind) -> Vec<f64> {
         }
         Ok(values)
     };
-    read().unwrap_or_else(|error| {
-        f.errors.push(error.with_span(&place));
-        Vec::new()
-    })
+    read()
+        .map_err(|error| f.errors.push(error.with_span(&place)))
+        .ok()
 }
 
 /// Sizes that do not go with a cause.

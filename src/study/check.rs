@@ -3,6 +3,7 @@
 use super::stability::linear;
 use super::{frequencies, parametric, responses, work_precision};
 use crate::base::error::Error;
+use crate::motion::known;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::{cost, method_choice};
 use crate::plan::online::OnlineAnalysis;
@@ -22,7 +23,21 @@ pub fn refusals(scene: &Scene, machine: &PreparedMachine) -> Vec<Error> {
             None => error.with_span(&study.span),
         })
     };
-    scene.studies.iter().filter_map(of).collect()
+    let loads = loads(scene);
+    match loads.is_empty() {
+        true => scene.studies.iter().filter_map(of).collect(),
+        false => loads,
+    }
+}
+
+/// Loads over time that no motion can take.
+fn loads(scene: &Scene) -> Vec<Error> {
+    let loads = scene.model.loads.iter();
+    let wrong = loads.filter_map(|load| {
+        let error = known::signal(&load.history).err()?;
+        Some(error.with_span(&load.at.span))
+    });
+    wrong.collect()
 }
 
 fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Result<(), Error> {
@@ -59,7 +74,7 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
 
 fn modes(machine: &PreparedMachine, study: &ModesStudy) -> Result<(), Error> {
     machine.speeds_at(study.speed)?;
-    modes_run::check_budget(machine, study, &ModesPlan::plan_modes(machine, study))
+    modes_run::refuse(machine, study, &ModesPlan::plan_modes(machine, study))
 }
 
 /// A motion: its equations, outputs and start, its method, what it would cost.

@@ -5,7 +5,9 @@ use std::path::Path;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene;
 
-use crate::support::command::{document, put, refusal, said};
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, refusal, said};
 
 const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
 
@@ -41,6 +43,9 @@ fn refuses_what_the_studies_of_a_scene_would_refuse() {
         "kind = \"accuracy\"\nuntil = \"1 s\"\nsamples = 1000000000",
         "kind = \"accuracy\"\nof = \"response\"\ninputs = [\"a.theta\"]\noutputs = [\"b.theta\"]",
         "kind = \"stability\"\nspeeds = \"100:3000:30\"",
+        "kind = \"modes\"\nreduce = \"guyan\"\nbelow = \"100 Hz\"\nkeep = [\"nix\"]",
+        "kind = \"modes\"\nstate_space = true\ninput = [\"nix\"]",
+        "kind = \"modes\"\nstate_space = true\noutput = [\"nix\"]",
     ] {
         let text = format!("model = \"two.toml\"\n\n[[study]]\n{study}\n");
         let path = put(folder.path(), "scene.toml", &text);
@@ -138,6 +143,16 @@ fn law_implausible_values_are_named_with_the_usual_range() {
             pair("module = 4e-3, k = 4e8, damping_ratio = 5.0"),
             "Kasuba and Evans",
             pair("module = 4e-3, k = 4e8, damping_ratio = 0.05"),
+        ),
+        (
+            pair("module = 4e-3, k = 4e8, loss_factor = 1.5"),
+            "a damping ratio of 0.75",
+            pair("module = 4e-3, k = 4e8, loss_factor = 0.1"),
+        ),
+        (
+            pair("module = 4e-3, k = 4e8") + "damping = { modal = [0.02, 0.7] }\n",
+            "[damping] modal is 0.7",
+            pair("module = 4e-3, k = 4e8") + "damping = { modal = 0.02 }\n",
         ),
         (
             body("J_diametral = 0.4"),
@@ -330,4 +345,80 @@ fn law_pictures_bear_the_title_of_the_scene() {
         "Gear pair with play and rectangular stiffness: 1 000 mesh cycles, contact lost in each";
     assert_eq!(found["title"], title);
     assert!(std::fs::read_to_string(svg).unwrap().contains(title));
+    document(&["modes", scene, "--svg", svg, "--json"]);
+    for name in ["x.svg", "x-energies.svg"] {
+        let svg = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert!(svg.contains(title), "{name}");
+    }
+}
+
+/// An element named for indexing that does not exist is refused by `check` as by `run`.
+#[test]
+fn refuses_indexing_behind_an_unknown_element() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/three_stage_chain.toml");
+    let text = format!(
+        "model = {model:?}\n[[study]]\nkind = \"te\"\noutput = \"spindle\"\nindex = \"nix:3\"\n"
+    );
+    let path = put(folder.path(), "scene.toml", &text);
+    let path = path.to_str().unwrap();
+    let (code, message) = refusal(&["check", path]);
+    assert!(
+        code == "unknown-node" && message.contains("`nix`"),
+        "{message}"
+    );
+    assert_eq!(refusal(&["run", path]), (code, message));
+}
+
+/// A load that no motion can take is refused with its place in the model, by `check` and by each motion.
+#[test]
+fn refuses_loads_that_no_motion_can_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = "[[load]]\nkind = \"product\"\nat = \"a\"\ntorque = 5.0\nfactors = [{ kind = \"table\", times = [0.0, 1.0], values = [0, 1] }, { kind = \"ramp\", between = [0.1, 0.6] }, { kind = \"harmonic\", frequency = 30.0 }]\n";
+    let path = put(folder.path(), "model.toml", &format!("{HEAD}{TWO}{load}"));
+    let path = path.to_str().unwrap();
+    let line = 1 + HEAD.lines().count() + TWO.lines().count() + 2;
+    for arguments in [&["check", path][..], &["simulate", path, "--until", "1"]] {
+        let output = geardyn(&[arguments, &["--json"]].concat());
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let errors = found["errors"].as_array().unwrap();
+        assert_eq!(errors.len(), 1, "{found}");
+        assert_eq!(errors[0]["code"], "conflict", "{found}");
+        assert_eq!(errors[0]["line"], line, "{found}");
+    }
+}
+
+/// A file of values that is missing is one error, whose hint names the folder that the path starts from.
+#[test]
+fn refuses_a_missing_file_of_values_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let pair = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\n\
+         gear_pair = [{ name = \"p\", between = [\"a\", \"b\"], teeth = [20, 40], module = 4e-3, k = 4e8 }]\n\
+         error = [{ on = \"a\", cause = \"cumulative-pitch\", file = \"nix.csv\", file_unit = \"µm\" }]\n";
+    let path = put(folder.path(), "pair.toml", &format!("{HEAD}{pair}"));
+    let output = geardyn(&["check", path.to_str().unwrap(), "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let errors = found["errors"].as_array().unwrap();
+    assert_eq!(errors.len(), 1, "{found}");
+    assert_eq!(errors[0]["code"], "file-missing", "{found}");
+    assert!(errors[0]["hint"].as_str().unwrap().contains("[[error]]"));
+}
+
+/// A steady start cannot turn a body that a torsional spring holds to ground.
+#[test]
+fn refuses_a_steady_start_against_a_torsional_support() {
+    let folder = tempfile::tempdir().unwrap();
+    let held =
+        "[[bearing]]\nname = \"ctl\"\nat = \"b\"\nk_theta = 1e3\n[speed]\na = \"1500 rpm\"\n";
+    put(folder.path(), "two.toml", &format!("{HEAD}{TWO}{held}"));
+    let start = |at: &str| {
+        let text = format!(
+            "model = \"two.toml\"\n[start]\nat = \"{at}\"\n[[study]]\nkind = \"simulate\"\nuntil = \"1 s\"\n"
+        );
+        put(folder.path(), "scene.toml", &text)
+    };
+    let (code, message) = refusal(&["check", start("steady").to_str().unwrap()]);
+    assert_eq!(code, "conflict");
+    assert!(message.contains("`ctl`"), "{message}");
+    document(&["check", start("rest").to_str().unwrap(), "--json"]);
 }

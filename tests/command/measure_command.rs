@@ -703,8 +703,50 @@ fn survives_readings_a_thousand_times_too_small() {
         let warnings = found["warnings"].as_array().unwrap();
         warnings.iter().any(|w| w["code"] == "readings-small")
     };
-    assert!(warned(1e-3));
+    assert!(warned(1e-3) && warned(0.0));
     assert!(!warned(1.0) && !warned(0.2));
+}
+
+/// A design modification fills the deviation of readings that are a thousand times too small: the readings themselves tell.
+#[test]
+fn survives_small_readings_of_a_modified_profile() {
+    let folder = tempfile::tempdir().unwrap();
+    let profile = std::fs::read_to_string("data/index_gear_profile.csv").unwrap();
+    let gear = "[measured_gear]\nteeth = 40\nmodule = \"3 mm\"\nface_width = \"30 mm\"\n[[chart]]\nkind = \"profile\"\nfile = \"profile.csv\"\nalong = \"roll\"\nleft = [\"left_1\", \"left_11\"]\nactive = [\"12.6 mm\", \"28.1 mm\"]\ntip_relief = \"6 µm\"\nrelief_from = \"25 mm\"\n";
+    let gear = put(folder.path(), "gear.toml", gear);
+    for (unit, expected) in [("µm", 0), ("nm", 1)] {
+        put(folder.path(), "profile.csv", &profile.replace("µm", unit));
+        let found = document(&["measure", &gear, "--json"]);
+        let warnings = found["warnings"].as_array().unwrap().iter();
+        let small: Vec<&Value> = warnings.filter(|w| w["code"] == "readings-small").collect();
+        assert_eq!(small.len(), expected, "{unit}: {small:?}");
+        for warning in small {
+            let message = warning["message"].as_str().unwrap();
+            assert!(
+                message.contains("left: the profile readings span"),
+                "{message}"
+            );
+        }
+    }
+}
+
+/// Teeth numbered from 0 are counted from 1, and that is said.
+#[test]
+fn law_teeth_numbered_from_zero_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let gear = put(
+        folder.path(),
+        "gear.toml",
+        &format!("title = \"t\"\n{GEAR}{}", chart("")),
+    );
+    for (first, expected) in [(0, true), (1, false)] {
+        let rows = READINGS.iter().enumerate();
+        let rows: String = rows.map(|(i, r)| format!("{},{r}\n", i + first)).collect();
+        put(folder.path(), "p.csv", &format!("tooth,left [µm]\n{rows}"));
+        let (_, text, notes) = command::said(&["measure", &gear]);
+        let said = (text + &notes).contains("tooth 0 of the file is tooth 1");
+        assert_eq!(said, expected, "from {first}");
+    }
 }
 
 /// A measured gear that names its gear file is evaluated as one that states the same data: range of the active profile, relief, contact ratio.

@@ -496,6 +496,30 @@ fn law_interrupted_between_samples() {
     }
 }
 
+/// A run that Ctrl-C ends shows the studies finished before, and that it was ended.
+#[cfg(unix)]
+#[test]
+fn law_interrupted_scenes_keep_finished_studies() {
+    let folder = tempfile::tempdir().unwrap();
+    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/backlash_pair.toml");
+    let pair = std::fs::read_to_string(pair).unwrap();
+    let (scene, _) = pair.split_once("[[study]]").unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/");
+    let scene = scene.replace("../models/", models.to_str().unwrap());
+    let studies = "[[study]]\nkind = \"modes\"\n[[study]]\nkind = \"accuracy\"\nuntil = \"0.5 s\"\nerror = 1e-9\n";
+    let path = put(folder.path(), "two.toml", &format!("{scene}{studies}"));
+    let path = path.to_str().unwrap();
+    // A slow machine may not have finished the first study yet.
+    let found = [500, 2000, 8000, 30_000]
+        .into_iter()
+        .map(|wait| interrupted(&["run", path, "--json"], wait))
+        .find(|found| found["studies"].is_array())
+        .unwrap();
+    assert_eq!(found["studies"][0]["study"], "modes");
+    assert_eq!(found["interrupted"], true);
+    assert!(found["studies"][0]["result"]["modes"].is_array());
+}
+
 /// Studies show what was finished: rungs of a ladder, cases of the extremes.
 #[cfg(unix)]
 #[test]
@@ -611,6 +635,21 @@ fn exact_loads_on_the_node_of_a_motor() {
             .unwrap();
         assert!((speed - 150.0 * share).abs() < 1e-8, "{torque}: {speed}");
     }
+}
+
+/// The structure of equations that nothing but their loads makes nonlinear names those loads.
+#[test]
+fn law_structure_names_loads_in_bursts() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{ name = \"a\", J = 0.5 }]\n\
+         load = [{ at = \"a\", kind = \"product\", torque = 5.0, factors = [{ kind = \"step\", time = 0.5 }, { kind = \"harmonic\", frequency = 30.0 }] }]\n";
+    let scene = put(folder.path(), "burst.toml", text);
+    let (code, _, words) = said(&["simulate", scene.to_str().unwrap(), "--until", "1"]);
+    assert_eq!(code, Some(0), "{words}");
+    assert!(
+        words.contains("(1 load or motion in parabolas or bursts)"),
+        "{words}"
+    );
 }
 
 /// A time beyond the range of numbers is refused before the work.

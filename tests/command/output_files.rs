@@ -287,11 +287,75 @@ fn law_no_file_appears_where_another_fails() {
 fn law_temporary_files_of_killed_runs_are_removed() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    fs::write(at(".geardyn-killed"), "half").unwrap();
-    let busy = File::create(at(".geardyn-busy")).unwrap();
+    fs::write(at(".geardyn-killed123456.partial"), "half").unwrap();
+    let busy = File::create(at(".geardyn-busy12345678.partial")).unwrap();
     busy.lock().unwrap();
+    // Files of a user that begin alike are nobody's temporaries.
+    for own in [
+        ".geardyn-notes.txt",
+        ".geardyn-mine.csv",
+        ".geardyn-backup",
+        ".geardyn-notes.partial",
+    ] {
+        fs::write(at(own), "mine").unwrap();
+    }
     assert_eq!(run(CSV, &at("m.csv")).status.code(), Some(0));
-    assert_eq!(names(folder.path()), [".geardyn-busy", "m.csv"]);
+    assert_eq!(
+        names(folder.path()),
+        [
+            ".geardyn-backup",
+            ".geardyn-busy12345678.partial",
+            ".geardyn-mine.csv",
+            ".geardyn-notes.partial",
+            ".geardyn-notes.txt",
+            "m.csv"
+        ]
+    );
+}
+
+/// A named pipe takes what a file would hold where a reader waits at it, and is refused where none does.
+#[test]
+fn law_named_pipes_are_written_to_their_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let (pipe, file) = (folder.path().join("pipe"), folder.path().join("m.csv"));
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let unread = run(CSV, &pipe);
+    assert_eq!(unread.status.code(), Some(2));
+    assert!(
+        said(&unread).contains("without a reader"),
+        "{}",
+        said(&unread)
+    );
+    assert_eq!(run(CSV, &file).status.code(), Some(0));
+    let reader = Command::new("cat")
+        .arg(&pipe)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The reader may not have opened the pipe yet.
+    let mut output = run(CSV, &pipe);
+    while said(&output).contains("without a reader") {
+        output = run(CSV, &pipe);
+    }
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let read = reader.wait_with_output().unwrap().stdout;
+    assert_eq!(read, fs::read(&file).unwrap());
+}
+
+/// The line that names what was written shows no control character of a name.
+#[test]
+fn law_names_written_are_shown_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(CSV, &folder.path().join("two\nlines.csv"));
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("two\u{fffd}lines.csv"), "{text}");
 }
 
 /// Starts a command that hears every signal, whatever the tests were started with.

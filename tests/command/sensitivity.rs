@@ -165,6 +165,83 @@ fn law_the_table_shows_how_far_the_motion_is_predictable() {
     assert_eq!(by(off.to_str().unwrap(), &[])["sensitivity"], Value::Null);
 }
 
+/// Where motions part for good, no extreme stands later than the first parting, but of an output that keeps four digits to the end.
+#[test]
+fn law_no_extreme_stands_beyond_the_first_parting() {
+    let found = document(&[
+        "simulate",
+        "examples/y2250_rattle.toml",
+        "--until",
+        "0.1",
+        "--samples",
+        "1000",
+        "--json",
+    ]);
+    let until = found["sensitivity"]["predictable_until_s"]
+        .as_f64()
+        .unwrap();
+    let outputs = found["sensitivity"]["outputs"].as_object().unwrap();
+    assert!(
+        outputs
+            .values()
+            .any(|o| o["predictable_until_s"].as_f64() > Some(until))
+    );
+    for (key, output) in outputs {
+        let readings = &found["readings"][key];
+        let number = |name: &str| readings[name].as_f64();
+        let sizes = [number("least"), number("greatest")].into_iter().flatten();
+        let size = sizes.map(f64::abs).fold(0.0, f64::max);
+        for (name, value) in [("least_at_s", "least"), ("greatest_at_s", "greatest")] {
+            let Some(at) = number(name).filter(|at| *at > until) else {
+                continue;
+            };
+            let off = output["uncertainty"][value].as_f64().unwrap();
+            assert!(output["predictable_until_s"].is_null(), "{key} {name} {at}");
+            assert!(off <= 1e-4 * size, "{key} {value} {off}");
+        }
+    }
+}
+
+/// A motion that parts from its changed start and meets it again is said to, however long it lasts.
+#[test]
+fn law_a_temporary_parting_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = r#"
+inertia = [{ name = "a", J = "0.01 kg·m²" }, { name = "b", J = "0.012 kg·m²" }, { name = "c", J = "0.05 kg·m²" }]
+shaft = [{ name = "s", between = ["b", "c"], k = "20 kN·m/rad", damping_ratio = 0.01 }]
+load = [{ at = "a", torque = "5.15 N·m" }, { at = "c", torque = "6.181 N·m" }]
+error = [{ on = "a", cause = "profile", harmonic = 1, amplitude = "10.59 µm" }, { on = "b", cause = "eccentricity", amplitude = "21.17 µm" }]
+[[gear_pair]]
+name = "g"
+between = ["a", "b"]
+teeth = [25, 30]
+module = "4 mm"
+k = "400 N/µm"
+backlash = "100 µm"
+damping_ratio = 0.0112
+contact_damping = "continuous"
+k_wave = { kind = "rectangular", high = 1.063, low = 0.937, share = 0.5 }
+[speed]
+a = "2070.1 rpm"
+"#;
+    put(folder.path(), "m.toml", model);
+    let scene = "model = \"m.toml\"\n[start]\nat = \"steady\"\nmesh_phase = \"speed\"\nangle = { a = \"0.5 mrad\" }\n[[study]]\nkind = \"simulate\"\nuntil = \"0.2 s\"\nsamples = 4000\noutput = [\"g.force\"]\n";
+    let scene = put(folder.path(), "s.toml", scene);
+    let scene = scene.to_str().unwrap();
+    let from = |until: &str, key: &str| {
+        let found = by(scene, &["--until", until]);
+        let at = &found["sensitivity"][key];
+        at.as_f64()
+            .or(at[0].as_f64())
+            .unwrap_or_else(|| panic!("{key}: {at}"))
+    };
+    let lasting = from("0.05", "predictable_until_s");
+    let temporary = from("0.2", "not_predictable_s");
+    assert!((lasting - temporary).abs() < 2e-3, "{lasting} {temporary}");
+    let (_, text, _) = said(&["simulate", scene, "--until", "0.2"]);
+    assert!(text.contains("not predictable between t = "), "{text}");
+}
+
 /// What is linear cannot amplify, and does not pay.
 #[test]
 fn law_linear_motions_are_not_run_twice() {

@@ -739,6 +739,52 @@ fn survives_a_planetary_stage_in_a_turning_frame() {
     }
 }
 
+/// Of a planetary stage that turns, modes come in pairs of translation, which whirl one forward and one backward, and single ones of
+/// rotation or of planets alone, which do not whirl.
+/// Source: J. Lin and R. G. Parker, J. Vib. Acoust. 121 (1999) 316: six pairs whatever the number of planets.
+#[test]
+fn ref_lin_parker_pairs_of_translation_whirl() {
+    for (name, planets) in [("lin_parker_n3.toml", 3), ("lin_parker_n4.toml", 4)] {
+        let found = Case::shipped(name).diagram(&[1000.0, 1500.0], false);
+        let of = |sense: Whirl| -> Vec<f64> {
+            let lines = found.branches.iter();
+            let own = lines.filter(|line| line.whirl[1] == Some(sense));
+            own.map(|line| line.frequency_hz[1].unwrap()).collect()
+        };
+        let (forward, backward) = (of(Whirl::Forward), of(Whirl::Backward));
+        assert_eq!((forward.len(), backward.len()), (6, 6), "{name}");
+        // The members of a pair part with the speed, by less than pairs lie apart.
+        for (f, b) in forward.iter().zip(&backward) {
+            assert!((f / b - 1.0).abs() < 0.05, "{name}: {f} {b}");
+        }
+        let still = found.branches.iter().filter(|line| line.whirl[1].is_none());
+        assert_eq!(still.count(), 3 * planets + 9 - 12 - 1, "{name}");
+    }
+}
+
+/// Nothing turns freely past a torsional support, so the body it holds turns with it; the whirl of its tilting disc is that without.
+#[test]
+fn exact_support_turns_with_its_body() {
+    let disc = "inertia = [{ name = \"a\", J = 0.1, mass = 5.0, J_diametral = 0.06 }, { name = \"b\", J = 0.2 }]\n\
+         shaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 5e3 }]\n\
+         [[bearing]]\nname = \"lat\"\nat = \"a\"\nk_radial = 1e6\nk_tilt = 1e4\n";
+    let held = format!("{disc}[[bearing]]\nname = \"ctl\"\nat = \"b\"\nk_theta = 1e3\n");
+    let [free, held] = [disc.to_string(), held].map(|text| {
+        let found = Case::new(&text).diagram(&[0.0, 1500.0, 3000.0], false);
+        let tilts = found
+            .branches
+            .into_iter()
+            .filter(|line| line.whirl[1].is_some());
+        tilts
+            .map(|line| line.frequency_hz[1].unwrap())
+            .collect::<Vec<f64>>()
+    });
+    assert_eq!(free.len(), 4);
+    for (a, b) in free.iter().zip(&held) {
+        assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+    }
+}
+
 /// Light dampers at one hub: branches are followed as without them, and a line of uncertainty is not drawn.
 #[test]
 fn law_light_losses_move_no_branch() {

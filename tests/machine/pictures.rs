@@ -140,10 +140,10 @@ fn law_every_model_can_be_drawn() {
                 continue;
             }
             let suffix = if damped { "_damped" } else { "" };
-            let shapes = draw_mode_shapes(&machine, &result, 8);
+            let shapes = draw_mode_shapes("", &machine, &result, 8);
             assert_whole(&shapes);
             keep(&format!("{model}{suffix}_shapes"), &shapes);
-            let energies = draw_energy_matrix(&machine, &result, 20);
+            let energies = draw_energy_matrix("", &machine, &result, 20);
             assert_whole(&energies);
             keep(&format!("{model}{suffix}_energies"), &energies);
         }
@@ -174,7 +174,7 @@ fn two_discs() -> (PreparedMachine, ModesResult) {
 #[test]
 fn exact_panels_of_two_discs() {
     let (machine, result) = two_discs();
-    let svg = draw_mode_shapes(&machine, &result, 8);
+    let svg = draw_mode_shapes("", &machine, &result, 8);
     assert_whole(&svg);
     assert_eq!(count(&svg, "<polyline"), 2);
     let texts = texts(&svg);
@@ -186,12 +186,25 @@ fn exact_panels_of_two_discs() {
     assert_eq!(texts.iter().filter(|t| **t == "motor").count(), 2);
 }
 
+/// Shapes and energies carry the title of the scene above all else.
+#[test]
+fn law_modes_carry_the_title() {
+    let (machine, result) = two_discs();
+    for svg in [
+        draw_mode_shapes("Two discs", &machine, &result, 8),
+        draw_energy_matrix("Two discs", &machine, &result, 8),
+    ] {
+        assert_whole(&svg);
+        assert_eq!(texts(&svg)[0], "Two discs");
+    }
+}
+
 /// The rigid mode of a geared train is a flat line.
 #[test]
 fn exact_rigid_mode_is_flat() {
     let (machine, result) = answer("geared_damped", &ModesStudy::default());
     assert!(result.modes[0].rigid);
-    let svg = draw_mode_shapes(&machine, &result, 1);
+    let svg = draw_mode_shapes("", &machine, &result, 1);
     for line in svg.split("<polyline").skip(1) {
         let points = line
             .split("points=\"")
@@ -212,8 +225,8 @@ fn law_same_bytes() {
     let draw = || {
         let (machine, result) = two_discs();
         let (shapes, energies) = (
-            draw_mode_shapes(&machine, &result, 8),
-            draw_energy_matrix(&machine, &result, 8),
+            draw_mode_shapes("", &machine, &result, 8),
+            draw_energy_matrix("", &machine, &result, 8),
         );
         (shapes, energies, draw_campbell(&turbine(25)))
     };
@@ -225,14 +238,17 @@ fn law_same_bytes() {
 fn survives_nothing_to_show() {
     let (machine, mut result) = two_discs();
     for count in [0, 1] {
-        assert_whole(&draw_mode_shapes(&machine, &result, count));
-        assert_whole(&draw_energy_matrix(&machine, &result, count));
+        assert_whole(&draw_mode_shapes("", &machine, &result, count));
+        assert_whole(&draw_energy_matrix("", &machine, &result, count));
     }
     result.modes.clear();
     result.energies.clear();
-    assert_eq!(texts(&draw_mode_shapes(&machine, &result, 8)), ["no modes"]);
     assert_eq!(
-        texts(&draw_energy_matrix(&machine, &result, 8)),
+        texts(&draw_mode_shapes("", &machine, &result, 8)),
+        ["no modes"]
+    );
+    assert_eq!(
+        texts(&draw_energy_matrix("", &machine, &result, 8)),
         ["no modes"]
     );
     assert_eq!(
@@ -245,7 +261,7 @@ fn survives_nothing_to_show() {
 #[test]
 fn exact_energies_of_two_discs() {
     let (machine, result) = two_discs();
-    let svg = draw_energy_matrix(&machine, &result, 8);
+    let svg = draw_energy_matrix("", &machine, &result, 8);
     assert_whole(&svg);
     for name in ["motor", "roll", "shaft"] {
         assert_eq!(

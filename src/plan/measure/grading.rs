@@ -239,8 +239,8 @@ impl Grader {
         }
     }
 
-    /// Ratio of the finest grade's limit to a measured total, where no gear is made so well.
-    pub fn below_all_gears(&self, row: &GradedValue) -> Option<f64> {
+    /// Ratio of the finest grade's limit to a total deviation, m, where no gear is made so well; infinite for zero.
+    pub fn below_all_gears(&self, quantity: GearDeviation, value: f64) -> Option<f64> {
         use GearDeviation::*;
         /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
         /// thousand times too small lie below it, those of a master gear do not.
@@ -253,13 +253,12 @@ impl Grader {
             SingleFlankTotal,
             DoubleFlankTotal,
         ];
-        let value = row.estimate.value.abs();
-        if row.predicted || value == 0.0 || !totals.contains(&row.quantity) {
+        if !totals.contains(&quantity) {
             return None;
         }
         let finest = |edition: &Edition| {
-            let grade = *edition.grades(row.quantity).start();
-            edition.unrounded_tolerance(row.quantity, &self.size, grade)
+            let grade = *edition.grades(quantity).start();
+            edition.unrounded_tolerance(quantity, &self.size, grade)
         };
         let finest = Edition::ALL.iter().find_map(finest)?;
         (value < SMALLEST * finest).then_some(finest / value)

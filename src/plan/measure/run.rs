@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use super::chart_columns::ChartFiles;
 use super::charts::{ChartEvaluation, ChartPlot, ChartResults};
-use super::grading::{GradedValue, Grader};
+use super::grading::{FlankSide, GradedValue, Grader};
 use super::single_flank;
 use crate::base::error::{Diagnostic, Errors};
 use crate::base::source_span::SourceFile;
+use crate::gear::measurement::deviation::GearDeviation;
+use crate::numeric::statistics::peak_to_peak;
 use crate::plan::stages::StageDecision;
 use crate::scene::limit_table;
 use crate::scene::measured_gear::MeasuredGear;
@@ -92,7 +94,7 @@ pub fn run(gear: &MeasuredGear) -> Result<MeasurementResult, Errors> {
     } = evaluation.results;
     grader.mark_limiting(&mut rows);
     Ok(MeasurementResult {
-        diagnostics: warnings(&grader, &rows),
+        diagnostics: warnings(&grader, &rows, &plots),
         rows,
         notes,
         plots,
@@ -101,7 +103,35 @@ pub fn run(gear: &MeasuredGear) -> Result<MeasurementResult, Errors> {
     })
 }
 
-fn warnings(grader: &Grader, rows: &[GradedValue]) -> Vec<Diagnostic> {
+/// Totals that the readings show, m: the values, and the spans of profiles and helices, which a design modification fills.
+fn totals(rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<(GearDeviation, FlankSide, f64)> {
+    let measured = rows.iter().filter(|row| !row.predicted);
+    let mut all: Vec<_> = measured
+        .map(|row| (row.quantity, row.side, row.estimate.value.abs()))
+        .collect();
+    for plot in plots {
+        let ChartPlot::Traces {
+            side,
+            is_profile,
+            traces,
+            ..
+        } = plot
+        else {
+            continue;
+        };
+        let quantity = match is_profile {
+            true => GearDeviation::ProfileTotal,
+            false => GearDeviation::HelixTotal,
+        };
+        let spans = traces.iter().map(|t| peak_to_peak(&t.1));
+        let widest = spans.fold(0.0, f64::max);
+        all.retain(|total| (total.0, total.1) != (quantity, *side));
+        all.push((quantity, *side, widest));
+    }
+    all
+}
+
+fn warnings(grader: &Grader, rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<Diagnostic> {
     let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |code, message: String, hint: &str| {
         let diagnostic = Diagnostic {
@@ -113,20 +143,37 @@ fn warnings(grader: &Grader, rows: &[GradedValue]) -> Vec<Diagnostic> {
             diagnostics.push(diagnostic);
         }
     };
-    for row in rows.iter().filter(|row| !row.predicted) {
-        if let Some(times) = grader.below_all_gears(row) {
-            let message = format!(
-                "{} {} is {:.3} µm, {times:.0} times less than the finest grade allows",
-                row.quantity.symbol(),
-                row.side.name(),
-                1e6 * row.estimate.value.abs()
-            );
-            add(
-                "readings-small",
-                message.replace("  ", " "),
+    for (quantity, side, total) in totals(rows, plots) {
+        let Some(times) = grader.below_all_gears(quantity, total) else {
+            continue;
+        };
+        let what = match quantity {
+            GearDeviation::ProfileTotal => "the profile readings span".to_string(),
+            GearDeviation::HelixTotal => "the helix readings span".to_string(),
+            _ => format!("{} is", quantity.symbol()),
+        };
+        let name = side.name();
+        let of_side = if name.is_empty() {
+            String::new()
+        } else {
+            format!("{name}: ")
+        };
+        let (message, hint) = match times.is_finite() {
+            true => (
+                format!(
+                    "{of_side}{what} {:.3} µm, {times:.0} times less than the finest grade allows",
+                    1e6 * total
+                ),
                 "check the unit of the readings: mm written as µm are a thousand times too small",
-            );
-        }
+            ),
+            false => (
+                format!("{of_side}{what} 0 µm: the readings do not differ"),
+                "check the column: a gear without any deviation is not made",
+            ),
+        };
+        add("readings-small", message, hint);
+    }
+    for row in rows.iter().filter(|row| !row.predicted) {
         if let Some(why) = grader.reason_without_limit(row.quantity) {
             let message = format!("{} has no limit: {why}", row.quantity.symbol());
             add(

@@ -99,6 +99,8 @@ pub struct Sensitivity {
     /// Amplification of a change of the start; absent where every digit shown holds and the method makes errors of its own, larger than the
     /// remainder of such a change.
     pub amplification: Option<Amplification>,
+    /// Between these instants, s, the runs part and meet again; absent where they never part, or part for good.
+    pub temporary_parting: Option<[f64; 2]>,
     /// Predictability of each output.
     pub outputs: Vec<OutputPredictability>,
     /// Run time of the further runs, s.
@@ -175,8 +177,15 @@ impl Sensitivity {
             (_, StepSize::Fixed(step)) => StepSize::Fixed(STEP_RATIO * step),
         };
         let second = again(PERTURBATION_SHARE, other)?;
-        let outputs = (0..first.values.len()).map(|at| digits(first, &second, at));
-        let outputs: Vec<OutputPredictability> = outputs.collect();
+        let partings: Vec<Parting> = (first.values.iter().zip(&second.values))
+            .map(|(a, b)| Parting::of(&first.time, a, b))
+            .collect();
+        let untils = partings.iter().filter_map(|p| p.lasting_from);
+        let until = untils.reduce(f64::min);
+        let of = |(at, parting): (usize, &Parting)| {
+            digits(first, &second, at, (parting.lasting_from, until))
+        };
+        let outputs: Vec<OutputPredictability> = partings.iter().enumerate().map(of).collect();
         let shown = outputs.iter().all(|o| o.all_shown);
         let amplification = match (choice.method.step_control, shown) {
             (StepControl::Exact, _) => {
@@ -189,8 +198,12 @@ impl Sensitivity {
                 (first.deflections).amplification(&third.deflections, change)
             }
         };
+        let temporary = partings.iter().filter_map(|p| p.temporary);
         Ok(Sensitivity {
             amplification,
+            temporary_parting: temporary
+                .reduce(|[a, b], [from, to]| [a.min(from), b.max(to)])
+                .filter(|_| until.is_none()),
             outputs,
             seconds: begun.elapsed().as_secs_f64(),
         })
@@ -238,11 +251,16 @@ fn run(
     Ok(rows)
 }
 
-/// Predictable digits of an output.
-fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredictability {
+/// Predictable digits of an output that parts for good at `until`, of a motion some output of which parts at `any_until`. From there on the
+/// motion is one of many: a later extreme is predictable only of an output that never parts, with four digits that hold.
+fn digits(
+    first: &RunSamples,
+    second: &RunSamples,
+    output: usize,
+    (until, any_until): (Option<f64>, Option<f64>),
+) -> OutputPredictability {
     let (a, b) = (&first.values[output], &second.values[output]);
     let readings = [first, second].map(|rows| rows.accumulators[output].statistics());
-    let until = first_unpredicted(a, b).map(|at| first.time[at]);
     let [Some(x), Some(y)] = readings else {
         return OutputPredictability {
             until,
@@ -257,11 +275,16 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
             all_shown: false,
         };
     };
-    let predicted = |at: f64| until.is_none_or(|until| at <= until);
+    let predicted = |at: f64| any_until.is_none_or(|until| at <= until);
     let off = |x: f64, y: f64| ERROR_FACTOR * (x - y).abs();
+    let size = x.max.0.abs().max(x.min.0.abs());
+    let holds = |error: Option<f64>| {
+        error.is_some_and(|error| 2.0 * error <= size * 10f64.powi(-TABLE_DIGITS))
+    };
     let extreme = |x: (f64, f64), y: (f64, f64)| {
-        let both = predicted(x.1) && predicted(y.1);
         let (value, at) = (off(x.0, y.0), off(x.1, y.1));
+        let early = predicted(x.1) && predicted(y.1);
+        let both = early || (until.is_none() && holds(Some(value)));
         let known = both && 2.0 * at <= x.1;
         (both.then_some(value), known.then_some(at))
     };
@@ -274,10 +297,6 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
     let standard_deviation =
         off(x.standard_deviation, y.standard_deviation).max(scatter(|r| r.standard_deviation));
     let end = until.is_none().then(|| off(x.end, y.end));
-    let size = x.max.0.abs().max(x.min.0.abs());
-    let holds = |error: Option<f64>| {
-        error.is_some_and(|error| 2.0 * error <= size * 10f64.powi(-TABLE_DIGITS))
-    };
     let all_shown = [
         end,
         least.0,
@@ -302,20 +321,41 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
     }
 }
 
-/// The first sample of the time that is not predicted, where both runs stay apart: in [`MIN_DIVERGED_DURATION`] of what follows at least.
-fn first_unpredicted(a: &[f64], b: &[f64]) -> Option<usize> {
-    let limit = DIVERGED_SAMPLE_SHARE * peak_to_peak(a).max(peak_to_peak(b));
-    let windows = (a.len() / SAMPLES_PER_WINDOW).clamp(1, MAX_WINDOWS);
-    let long = a.len().div_ceil(windows).max(1);
-    let lost = a.chunks(long).zip(b.chunks(long)).map(|(a, b)| {
-        let apart = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > limit);
-        apart.count() as f64 > MAX_DIVERGED_SHARE * a.len() as f64
-    });
-    let lost: Vec<bool> = lost.collect();
-    let first = (0..lost.len()).find(|&at| {
-        let rest = &lost[at..];
-        let count = rest.iter().filter(|lost| **lost).count();
-        lost[at] && count as f64 >= MIN_DIVERGED_DURATION * rest.len() as f64
-    });
-    first.map(|window| window * long)
+/// When the samples of two runs part.
+struct Parting {
+    /// From here on they stay apart, in [`MIN_DIVERGED_DURATION`] of what follows at least, s.
+    lasting_from: Option<f64>,
+    /// Between these instants they part, s, and not for good.
+    temporary: Option<[f64; 2]>,
+}
+
+impl Parting {
+    fn of(time: &[f64], a: &[f64], b: &[f64]) -> Parting {
+        let limit = DIVERGED_SAMPLE_SHARE * peak_to_peak(a).max(peak_to_peak(b));
+        let windows = (a.len() / SAMPLES_PER_WINDOW).clamp(1, MAX_WINDOWS);
+        let long = a.len().div_ceil(windows).max(1);
+        let lost = a.chunks(long).zip(b.chunks(long)).map(|(a, b)| {
+            let apart = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > limit);
+            apart.count() as f64 > MAX_DIVERGED_SHARE * a.len() as f64
+        });
+        let lost: Vec<bool> = lost.collect();
+        let lasting = (0..lost.len()).find(|&at| {
+            let rest = &lost[at..];
+            let count = rest.iter().filter(|lost| **lost).count();
+            lost[at] && count as f64 >= MIN_DIVERGED_DURATION * rest.len() as f64
+        });
+        let ends = [
+            lost.iter().position(|lost| *lost),
+            lost.iter().rposition(|lost| *lost).map(|last| last + 1),
+        ];
+        let instant = |window: usize| time.get(window * long).or(time.last()).copied();
+        let temporary = match ends.map(|end| end.and_then(instant)) {
+            [Some(from), Some(to)] if lasting.is_none() => Some([from, to]),
+            _ => None,
+        };
+        Parting {
+            lasting_from: lasting.and_then(instant),
+            temporary,
+        }
+    }
 }

@@ -1,10 +1,12 @@
 //! Setup of a simulation: dynamic model, initial state, outputs, end time.
 
+use std::f64::consts::TAU;
+
 use super::output_selection::select_outputs;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::components::Machine;
-use crate::machine::kinematics::{Kinematics, mean_speeds};
+use crate::machine::components::{BranchLaw, Machine};
+use crate::machine::kinematics::{Kinematics, mean_speeds, supports_turning};
 use crate::machine::linear::LinearModel;
 use crate::machine::operating_point::OperatingPoint;
 use crate::machine::spin::spinning;
@@ -16,7 +18,7 @@ use crate::motion::outputs::MotionOutputs;
 use crate::motion::problem::OdeProblem;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::initial_conditions::InitialConditions;
-use crate::scene::laws::{MotorModel, TorqueSpeedCurve};
+use crate::scene::laws::{InitialState, MotorModel, TorqueSpeedCurve};
 use crate::scene::study::SimulateStudy;
 
 /// A scene ready to move.
@@ -116,6 +118,9 @@ impl SimulationSetup {
                 &shifted
             }
         };
+        if begin.at == InitialState::Steady {
+            refuse_wound_supports(machine, speeds.as_deref().unwrap_or_default())?;
+        }
         let model = assemble(machine, kinematics, begin, speeds.as_deref())?;
         let linear_model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
         let mut start =
@@ -171,6 +176,32 @@ impl SimulationSetup {
             time_budget_s: study.time_limit.unwrap_or(DEFAULT_TIME_BUDGET_S),
         })
     }
+}
+
+/// Refuses a steady start of a body that turns and that a torsional support to ground holds. Linear studies take the support about the mean
+/// turn; a motion in time holds the whole turn and would wind it up.
+fn refuse_wound_supports(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
+    let wound = machine.branches.iter().find_map(|branch| {
+        let BranchLaw::Linear { stiffness, .. } = branch.law else {
+            return None;
+        };
+        let turns = |t: &(usize, f64)| speeds.get(t.0).is_some_and(|speed| *speed != 0.0);
+        let dof = branch.direction.terms.iter().find(|t| turns(t))?.0;
+        (stiffness != 0.0 && supports_turning(machine, branch)).then_some((branch, dof))
+    });
+    let Some((branch, dof)) = wound else {
+        return Ok(());
+    };
+    let element = &machine.elements[branch.element];
+    let message = format!(
+        "a steady start turns {} at {:.1} rpm, and the `k_theta` of `{}` to ground would wind up",
+        machine.dof_name(dof),
+        speeds[dof] * 60.0 / TAU,
+        element.name
+    );
+    Err(Error::new(Code::Conflict, message)
+        .with_span(&element.span)
+        .with_hint("start at rest for the motion about the mean turn, or drive the body by a [[motor]] and leave `k_theta` out"))
 }
 
 /// The machine with its motors set to other speeds, as a converter does: the same torque at the same slip.

@@ -78,6 +78,11 @@ pub fn structure_text(model: &DynamicModel) -> String {
         "nonlinear spring",
         "nonlinear springs",
     );
+    part(
+        model.signals().filter(|s| !s.is_piecewise_linear()).count(),
+        "load or motion in parabolas or bursts",
+        "loads or motions in parabolas or bursts",
+    );
     match model.is_piecewise_linear() {
         true => format!("piecewise linear ({})", parts.join(", ")),
         false => format!("nonlinear or time-varying ({})", parts.join(", ")),

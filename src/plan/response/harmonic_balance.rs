@@ -18,7 +18,7 @@ use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKin
 use crate::response::harmonic_balance::curve::{
     ContinuationOptions, DEFAULT_TOLERANCE, SolutionCurve, continue_curve,
 };
-use crate::response::harmonic_balance::family::SpeedFamily;
+use crate::response::harmonic_balance::family::{SPEED_TOLERANCE, SpeedFamily};
 use crate::response::harmonic_balance::linear_part::LinearPart;
 use crate::response::harmonic_balance::point::{PeriodicSolution, PointOptions, Refinement};
 use crate::scene::initial_conditions::InitialConditions;
@@ -178,10 +178,11 @@ impl HarmonicBalanceSetup {
 }
 
 /// Mean speeds of the independent coordinates, less what prescribed motions carry them along with.
-fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
+fn relative_speeds(scene: &SimulationSetup, speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
     let Some(prescribed) = &scene.model.prescribed else {
         return Ok(speeds);
     };
+    let mut carried = vec![0.0; speeds.len()];
     for motion in &prescribed.motions {
         let slope = motion.signal.knots.last().map_or(0.0, |k| k.slope);
         if motion.signal.knots.iter().any(|k| k.slope != slope) {
@@ -191,11 +192,15 @@ fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<
             );
             return Err(Error::new(Code::Conflict, message).with_hint("give the motor one speed"));
         }
-        for (speed, &whole) in speeds.iter_mut().zip(&prescribed.retained) {
-            *speed -= motion.influence[whole] * slope;
+        for (k, &whole) in prescribed.retained.iter().enumerate() {
+            carried[k] += motion.influence[whole] * slope;
         }
     }
-    Ok(speeds)
+    let relative = |(speed, carried): (f64, f64)| match (speed - carried).abs() {
+        rest if rest <= SPEED_TOLERANCE * speed.abs() => 0.0,
+        _ => speed - carried,
+    };
+    Ok(speeds.into_iter().zip(carried).map(relative).collect())
 }
 
 /// The plan of a study, row by row.

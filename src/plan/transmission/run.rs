@@ -75,6 +75,9 @@ fn work_of<'a>(
 /// the chain.
 pub fn refuse(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<(), Error> {
     let chain = chain_of(machine, study)?;
+    if let Some(index) = &study.index {
+        index_positions(&machine.machine, &chain, index)?;
+    }
     match work_of(machine, &chain)? {
         Some((work, _)) => work::check_ratio(work, &chain).map(|_| ()),
         None => Ok(()),

@@ -25,8 +25,8 @@ pub struct SpeedFamily {
     pub max_order: usize,
 }
 
-/// A branch between parts that turn together sees the difference of their speeds only as rounding of this.
-const SPEED_TOLERANCE: f64 = 1e-9;
+/// Difference of two mean speeds that counts as rounding, relative to the speeds.
+pub const SPEED_TOLERANCE: f64 = 1e-9;
 
 /// Excitation of higher orders of the common period is more than a harmonic balance can carry.
 const MAX_ORDER: usize = 400;

@@ -32,8 +32,9 @@ impl SpeedRange {
     pub fn parse(text: &str, subject: &str) -> Result<SpeedRange, Error> {
         const DEFAULT: u32 = 50;
         const MAX_POINTS: u32 = 100_000;
-        let form = || {
-            let message = format!("\"{}\" is not a range of speeds", quantity::truncate(text));
+        let form = |why: &str| {
+            let shown = quantity::truncate(text);
+            let message = format!("\"{shown}\" is not a range of speeds: {why}");
             let hint = format!(
                 "{subject} takes first:last:points, such as 0:3000:61 or \"0 rpm:50 Hz:61\""
             );
@@ -43,15 +44,19 @@ impl SpeedRange {
         let (from, to, count) = match parts[..] {
             [from, to] => (from, to, DEFAULT),
             [from, to, count] => {
-                let count = count.trim().parse().map_err(|_| form())?;
+                let count = count.trim().parse();
+                let count = count.map_err(|_| form("its third part is no number of points"))?;
                 (from, to, count)
             }
-            _ => return Err(form()),
+            _ => return Err(form("it has not two or three parts")),
         };
         let speed = |text: &str| quantity::parse_or_bare(text, QuantityKind::Speed, "rpm", subject);
         let (from, to) = (speed(from)?, speed(to)?);
-        if !(2..=MAX_POINTS).contains(&count) || from >= to {
-            return Err(form());
+        if !(2..=MAX_POINTS).contains(&count) {
+            return Err(form("2 to 100000 points are allowed"));
+        }
+        if from >= to {
+            return Err(form("its first speed is not below its last"));
         }
         Ok(SpeedRange { from, to, count })
     }

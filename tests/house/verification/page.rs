@@ -80,7 +80,14 @@ fn section(title: &str, text: &str) -> String {
 
 fn subject(manual: &Manual, subject: &Subject) -> String {
     let mut text = section(&subject.title, &subject.text);
-    let columns = ["case", "printed", "geardyn", "difference", "source", "test"];
+    let columns = [
+        "case",
+        "printed",
+        "geardyn",
+        "difference (relative, or in the unit that the case names)",
+        "source",
+        "test",
+    ];
     text += &head(columns, [false, true, true, true, false, false]);
     for file in &subject.files {
         let listed =

@@ -19,22 +19,38 @@ impl ChartEvaluation<'_> {
             return Ok(values);
         };
         let teeth = self.gear.gear.teeth as usize;
+        let counted_from_zero = first_number(&numbers, teeth) == 0.0;
         let ordered = tooth_order(&values, &numbers, teeth).map_err(|message| {
             Error::new(Code::Conflict, message)
                 .with_span(&chart.span)
                 .with_hint("number every tooth once, from 1 on; rename the column if it is not the number of the tooth")
         })?;
+        let file = chart.file.display();
+        let mut note = |text: String| {
+            if !self.results.notes.contains(&text) {
+                self.results.notes.push(text);
+            }
+        };
+        if counted_from_zero {
+            note(format!(
+                "{file}: teeth are numbered from 0; tooth 0 of the file is tooth 1 here"
+            ));
+        }
         let Some(ordered) = ordered else {
             return Ok(values);
         };
-        let note = format!(
-            "{}: readings put in the order of the column of tooth numbers",
-            chart.file.display()
-        );
-        if !self.results.notes.contains(&note) {
-            self.results.notes.push(note);
-        }
+        note(format!(
+            "{file}: readings put in the order of the column of tooth numbers"
+        ));
         Ok(ordered)
+    }
+}
+
+/// The number of the first tooth: 0 where a row has it, else 1.
+fn first_number(numbers: &[f64], teeth: usize) -> f64 {
+    match numbers.iter().take(teeth).any(|n| *n == 0.0) {
+        true => 0.0,
+        false => 1.0,
     }
 }
 
@@ -44,10 +60,7 @@ fn tooth_order(values: &[f64], numbers: &[f64], teeth: usize) -> Result<Option<V
     if values.len() != teeth && !returns {
         return Ok(None);
     }
-    let first = match numbers.iter().take(teeth).any(|n| *n == 0.0) {
-        true => 0.0,
-        false => 1.0,
-    };
+    let first = first_number(numbers, teeth);
     let mut rows: Vec<Option<usize>> = vec![None; teeth];
     for row in 0..teeth {
         let number = numbers.get(row).copied().unwrap_or(f64::NAN);
