@@ -664,7 +664,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "overlap",
         Warning,
-        "Beside the path of contact the flanks of a bevel pair touch before the contact that the path follows, as towards a corner where twist lets the ease-off fall below zero: unloaded transmission error and pattern are those of the path alone. The loaded contact (`--torque`) counts every place.",
+        "The teeth of a bevel pair overlap away from the path of contact, as towards a corner where twist lets the ease-off fall below zero. Unloaded transmission error and pattern are those of the path alone; the loaded contact (`--torque`) covers the whole flank.",
     ),
     (
         "contact-ratio",

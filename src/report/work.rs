@@ -89,14 +89,14 @@ pub fn text(work: &WorkResult, all: bool) -> String {
             ranges(load.peak_to_peak)
         );
     }
-    if let Some(blades) = &pair.blades {
+    if let Ok(blades) = &pair.blades {
         text += &format!(
-            "blades: {} of [cut], {} deg of the cradle apart: scallops up to {} µm, with run-out {} µm between places of a flank and {} arcsec peak to peak in the pair, the largest over the phase\n",
+            "blades of [cut]: {}, {} deg of the cradle apart, scallops up to {} µm\nwith the offsets of the blades, largest over the phase: {} µm on the flank, {} arcsec peak to peak in the pair\n",
             blades.feed.blades,
             four_digits(blades.feed.step().to_degrees()),
             four_digits(1e6 * blades.scallop),
-            four_digits(1e6 * blades.flank),
-            four_digits(ARCSEC * blades.te),
+            four_digits(1e6 * blades.flank_range),
+            four_digits(ARCSEC * blades.te_peak_to_peak),
         );
     }
     text += &format!("left out: {}\n", left_out(work).join("; "));
@@ -127,19 +127,13 @@ fn left_out(work: &WorkResult) -> Vec<String> {
         )
     });
     let blades = match &work.pair.blades {
-        Some(_) => {
-            "discrete blades with their run-out in the cut pair: their phase differs from tooth to tooth"
+        Ok(_) => {
+            "discrete blades with their run-out in the cut pair: their phase differs from tooth to tooth".to_string()
         }
-        None => {
-            "discrete blades with their run-out (`geardyn gear cut`; [cut] of the gear file and `cutter` of [work] give their size here)"
-        }
+        Err(why) => format!("discrete blades with their run-out, without a size: {why}"),
     };
     let always = LEFT_OUT.iter().map(ToString::to_string);
-    waves
-        .into_iter()
-        .chain([blades.to_string()])
-        .chain(always)
-        .collect()
+    waves.into_iter().chain([blades]).chain(always).collect()
 }
 
 /// The document.
@@ -176,12 +170,12 @@ pub fn json(work: &WorkResult) -> Value {
         "te_peak_to_peak_arcsec": ranges(pair.peak_to_peak),
         "torque_nm": pair.loaded.map(|load| load.torque),
         "loaded_te_peak_to_peak_arcsec": pair.loaded.map(|load| ranges(load.peak_to_peak)),
-        "blades": pair.blades.map(|blades| json!({
+        "blades": pair.blades.ok().map(|blades| json!({
             "blades": blades.feed.blades,
             "cradle_deg_per_blade": blades.feed.step().to_degrees(),
             "scallop_um": 1e6 * blades.scallop,
-            "flank_um": 1e6 * blades.flank,
-            "te_peak_to_peak_arcsec": ARCSEC * blades.te,
+            "flank_um": 1e6 * blades.flank_range,
+            "te_peak_to_peak_arcsec": ARCSEC * blades.te_peak_to_peak,
         })),
         "left_out": left_out(work),
     })

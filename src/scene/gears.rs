@@ -216,24 +216,23 @@ pub fn worm_pair(f: &mut TableReader) -> WormPair {
     let pressure_angle =
         f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
     let hand = shared_keys::hand(f);
-    let thread = gear.as_ref().map(|gear| gear.thread);
+    let [lead_of_gear, pressure_of_gear] = match &gear {
+        Some(gear) => gear.pitch_angles().map(Some),
+        None => [None; 2],
+    };
     WormPair {
         name,
         between,
         teeth: gear.as_ref().map_or(teeth, |g| [g.thread.starts, g.teeth]),
-        module: thread.map(|t| t.module).or(module),
-        lead_angle: thread
-            .map(|t| t.lead_angle())
-            .or(lead_angle)
-            .unwrap_or(FRAC_PI_4),
-        pressure_angle: (thread.map(|t| t.pressure_angle))
-            .or(pressure_angle)
-            .unwrap_or(DEFAULT_PRESSURE_ANGLE),
-        hand: match gear {
+        module: gear.as_ref().map(|g| g.thread.module).or(module),
+        lead_angle: lead_of_gear.or(lead_angle).unwrap_or(FRAC_PI_4),
+        pressure_angle: (pressure_of_gear.or(pressure_angle)).unwrap_or(DEFAULT_PRESSURE_ANGLE),
+        hand: match &gear {
             Some(gear) if gear.hand < 0.0 => Hand::Left,
             Some(_) => Hand::Right,
             None => hand,
         },
+        gear: gear.map(|gear| gear.source.clone()),
         friction: f.optional_number("friction", ValueRange::NotNegative),
         mesh_angles: shared_keys::mesh_angles(f, [0.0, PI]),
         contact,

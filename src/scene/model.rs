@@ -86,7 +86,9 @@ impl Model {
         let generators = self.gear_pairs.iter().filter_map(|p| p.cut_on.as_ref());
         let work = self.work.iter().map(|work| &work.bevel.source);
         let chips = self.loads.iter().filter_map(|load| load.history.chips());
-        for source in generators.map(|cut| &cut.source).chain(work).chain(chips) {
+        let worms = self.worm_pairs.iter().filter_map(|pair| pair.gear.as_ref());
+        let generators = generators.map(|cut| &cut.source);
+        for source in generators.chain(worms).chain(work).chain(chips) {
             if !all.contains(source) {
                 all.push(source.clone());
             }
@@ -368,6 +370,8 @@ pub struct WormPair {
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: ContactParameters,
+    /// The gear file that determines it.
+    pub gear: Option<Arc<SourceFile>>,
 }
 
 /// A planetary stage. Members are nodes or ground; planets are made by the stage.

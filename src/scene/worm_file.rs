@@ -51,6 +51,19 @@ impl WormFile {
         self.thread.reference_radius() + self.thread.module * half
     }
 
+    /// Lead angle and normal pressure angle on the pitch cylinder of the worm, rad: `tan γ′ = p/(r₁ + x m)`, and of the involute helicoid
+    /// `cos α′ = cos γ cos α_n/cos γ′`.
+    pub fn pitch_angles(&self) -> [f64; 2] {
+        let thread = &self.thread;
+        if self.profile_shift == 0.0 {
+            return [thread.lead_angle(), thread.pressure_angle];
+        }
+        let radius = thread.reference_radius() + self.profile_shift * thread.module;
+        let lead = thread.lead().atan2(radius);
+        let cosine = thread.lead_angle().cos() * thread.pressure_angle.cos() / lead.cos();
+        [lead, cosine.min(1.0).acos()]
+    }
+
     /// The zone where worm and wheel can touch.
     pub fn zone(&self) -> WormZone {
         let [worm_tip, throat] = self.tip_diameters.map(|d| 0.5 * d);

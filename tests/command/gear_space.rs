@@ -322,6 +322,32 @@ fn law_worm_of_a_machine() {
     let named = modes("gear = \"worm_zi_2_40.toml\"");
     let frequency = |modes: &Value| number(&modes[1]["frequency_hz"]);
     assert!(frequency(&named) > 100.0);
+    // Another worm is another model; a shifted wheel meshes on a larger pitch cylinder of the worm, where the lead angle is smaller.
+    let path = put(
+        folder.path(),
+        "machine.toml",
+        &model("gear = \"worm_zi_2_40.toml\"\nfriction = 0.05"),
+    );
+    let path = path.to_str().unwrap();
+    let hash = || document(&["modes", path, "--json"])["geardyn"]["model_hash"].clone();
+    let before = hash();
+    assert!(before.is_string());
+    let text = std::fs::read_to_string("models/gears/worm_zi_2_40.toml").unwrap();
+    put(
+        folder.path(),
+        "worm_zi_2_40.toml",
+        &text.replace("profile_shift = 0.0", "profile_shift = 1.0"),
+    );
+    assert_ne!(before, hash());
+    let (_, _, notes) = said(&["modes", path]);
+    let lead = (2.0f64 / 12.0).atan();
+    let rho = (0.05 / (0.2f64.atan().cos() * 20f64.to_radians().cos() / lead.cos())).atan();
+    let percent = 100.0 * lead.tan() / (lead + rho).tan();
+    assert!(
+        notes.contains(&format!("efficiency {percent:.0} %")),
+        "{percent}: {notes}"
+    );
+    put(folder.path(), "worm_zi_2_40.toml", &text);
     within(
         "frequency by the gear file, relative",
         (frequency(&named) / frequency(&stated) - 1.0).abs(),

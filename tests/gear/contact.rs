@@ -414,11 +414,15 @@ fn law_overlap_where_the_ease_off_falls() {
     let node = |share: f64, count: usize| (share * (count - 1) as f64).round() as usize;
     let [face, height] = found.shares;
     let gap = ease_off.gaps[node(height, rows) * columns + node(face, columns)].unwrap();
-    // The path is at most its peak-to-peak away from the error of the reference, to either side.
-    let lag = found.depth / found.te * twisted.peak_to_peak.unwrap();
-    println!("{found:?}, gap {gap:.3e} m, lag {lag:.3e} m");
+    // The ease-off counts from the reference, the overlap from the path at that angle.
+    let path = twisted.pair.leading(&twisted.path, found.pinion_angle);
+    let lag = found.depth / found.te * path.unwrap().te;
     assert!(found.depth > 5e-6 && face > 0.8 && height < 0.2);
-    assert!((found.depth + gap).abs() < 1.1 * lag && gap < -5e-6);
+    within(
+        "gap and overlap with the lag of the path, m",
+        (found.depth + lag + gap).abs(),
+        1e-6,
+    );
 }
 
 /// Ends of contact and the peak-to-peak of the transmission error do not depend on the number of positions, also where a pair parts while

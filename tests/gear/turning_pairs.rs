@@ -80,6 +80,26 @@ fn exact_lines_lie_on_worm_and_wheel() {
     within("distance of lines from both flanks, mm", off, 1e-6);
 }
 
+/// Each ring of a drawn body goes on to the first point of the next tooth at growing azimuth, for both hands: bodies close without a slit.
+#[test]
+fn law_rings_go_on_to_the_next_tooth() {
+    let (pair, zone) = worm_pair();
+    for hand in [1.0, -1.0] {
+        let turning = pair.turning(&zone, [2, 40]).unwrap().of_hand(hand);
+        for member in &turning.members {
+            let points = &member.sector.points;
+            let around = points.len() / member.sector.rings;
+            let pitch = TAU / f64::from(member.teeth);
+            for ring in points.chunks(around) {
+                let azimuth = |p: &[f64; 3]| p[1].atan2(p[0]);
+                let step = azimuth(&ring[0]) + pitch - azimuth(&ring[around - 1]);
+                let step = step - TAU * (step / TAU).round();
+                assert!(step.abs() < 0.3 * pitch, "{hand} {step} of {pitch}");
+            }
+        }
+    }
+}
+
 /// No point of the drawn wheel enters the thread of the drawn worm at any turn, and both flanks of each section touch it.
 #[test]
 fn law_wheel_touches_the_worm() {

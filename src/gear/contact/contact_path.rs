@@ -6,7 +6,7 @@
 use super::contact_point::{ContactPoint, ContactUnknowns, Edge};
 use super::pair::FlankPair;
 use crate::gear::bevel::tooth_section::Side;
-use crate::gear::kernel::root::sign_change;
+use crate::gear::kernel::root::{greatest, sign_change};
 use crate::gear::kernel::vector::Vector;
 use crate::numeric::statistics::peak_to_peak;
 
@@ -14,10 +14,8 @@ use crate::numeric::statistics::peak_to_peak;
 pub const PITCHES: f64 = 1.5;
 /// A contact this far beyond an edge, in depths of the tooth, is on it: rounding of Newton's method.
 const ON_EDGE: f64 = 1e-9;
-/// Golden-section steps of an extremum: its value is exact to the square of the last interval.
-const GOLDEN_STEPS: usize = 40;
 /// Beyond the end of a path by this share of a pitch the pair has parted.
-const PARTED: f64 = 1e-9;
+const BEYOND_END: f64 = 1e-9;
 
 /// The contacts of one pair of teeth from where it meets to where it parts, over so many pitches each way at most.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,13 +100,13 @@ impl FlankPair {
             let by_size =
                 |a: &usize, b: &usize| (sign * values[*a]).total_cmp(&(sign * values[*b]));
             let at = place((0..positions).max_by(by_size)?);
-            let found = highest([at - step, at + step], |x| Some(sign * te(x)?));
-            values.extend(found.map(|te| sign * te));
+            let found = greatest([at - step, at + step], 2, |x| Some(sign * te(x)?));
+            values.extend(found.map(|[_, te]| sign * te));
         }
-        let parted = PARTED * self.pitch();
+        let beyond = BEYOND_END * self.pitch();
         for (end, outwards, stopped) in [
-            (path.contacts.first()?, -parted, path.stopped[0]),
-            (path.contacts.last()?, parted, path.stopped[1]),
+            (path.contacts.first()?, -beyond, path.stopped[0]),
+            (path.contacts.last()?, beyond, path.stopped[1]),
         ] {
             if stopped.is_some() {
                 values.extend(te(end.pinion_angle));
@@ -278,18 +276,4 @@ fn cubic(a: &ContactPoint, b: &ContactPoint) -> ContactUnknowns {
     std::array::from_fn(|j| {
         5.0 * a.unknowns[j] - 4.0 * b.unknowns[j] + step * (2.0 * a.rates[j] + 4.0 * b.rates[j])
     })
-}
-
-/// The highest value in an interval by golden section; none where the function is not defined.
-fn highest([mut a, mut b]: [f64; 2], f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
-    let shrink = 0.5 * (5f64.sqrt() - 1.0);
-    for _ in 0..GOLDEN_STEPS {
-        let (c, d) = (b - shrink * (b - a), a + shrink * (b - a));
-        if f(c)? > f(d)? {
-            b = d;
-        } else {
-            a = c;
-        }
-    }
-    f(0.5 * (a + b))
 }

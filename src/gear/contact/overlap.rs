@@ -19,6 +19,8 @@ const ROUNDING: f64 = 5e-8;
 /// The place at which teeth overlap most while the path of contact touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overlap {
+    /// Angle of the pinion, rad.
+    pub pinion_angle: f64,
     /// Shares of face and height of the pinion.
     pub shares: [f64; 2],
     /// Metal in common along the normal, m.
@@ -45,6 +47,7 @@ impl FlankPair {
                 let turned = angle + f64::from(pair) * self.pitch();
                 let ridge = stations.ridge(self, turned);
                 ridge.into_iter().map(move |place| Overlap {
+                    pinion_angle: angle,
                     shares: [place.face, place.height],
                     depth: place.arm * (place.te - te),
                     te: place.te - te,

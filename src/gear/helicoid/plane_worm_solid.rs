@@ -7,7 +7,7 @@ use super::plane_worm_zone::PlaneWormZone;
 use super::turning_pair::{
     CLEARANCE, ContactPosition, POSITIONS, Teeth, TurningMember, TurningPair,
 };
-use super::worm_solid::{MOST_SLICES, RIM, WHEEL_AXES, every};
+use super::worm_solid::{LEAST_BORE, MOST_SLICES, RIM, WHEEL_AXES, every};
 use crate::gear::kernel::newton::newton;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::vector::Vector;
@@ -48,7 +48,8 @@ impl PlaneWorm {
             other_flank: self.ratio * other_flank,
             sense: 1.0,
             ends: |h: f64| [below(worm_tip, h) - clearance, wheel_tip],
-            bore: a - worm_tip - clearance - RIM * depth,
+            bore: (a - worm_tip - clearance - RIM * depth)
+                .max(LEAST_BORE * (a - worm_tip - clearance)),
             width: zone.face_width,
             steps: [16, 9, 3],
         };

@@ -58,6 +58,10 @@ impl TurningPair {
             member.axes = [x, -y, z];
             member.centre = mirror(member.centre);
             member.sector.points.iter_mut().for_each(|p| p[1] = -p[1]);
+            // A ring goes on to the next tooth at growing azimuth.
+            let around = member.sector.points.len() / member.sector.rings;
+            let rings = member.sector.points.chunks_mut(around);
+            rings.for_each(<[_]>::reverse);
         }
         self.facing = self.facing.map(mirror);
         for position in &mut self.positions {

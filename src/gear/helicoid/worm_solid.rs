@@ -14,6 +14,8 @@ use crate::gear::kernel::vector::Vector;
 
 /// Rim of the wheel below its root, in working depths.
 pub(super) const RIM: f64 = 1.5;
+/// Least radius of the bore of a wheel, of its root.
+pub(super) const LEAST_BORE: f64 = 0.3;
 /// Steps of a turn of the thread.
 const STEPS_OF_TURN: f64 = 30.0;
 /// Most steps along the worm.
@@ -59,7 +61,7 @@ impl WormPair {
                     below(low, h).min(zone.outer_radius),
                 ]
             },
-            bore: a - tip - clearance - RIM * (tip - low),
+            bore: (a - tip - clearance - RIM * (tip - low)).max(LEAST_BORE * (a - tip - clearance)),
             width: zone.face_width,
             steps: [16, 9, 3],
         };

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::base::error::Diagnostic;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::tooth_section::Side;
-use crate::gear::contact::contact_path::ContactPath;
+use crate::gear::contact::contact_path::{ContactPath, PITCHES};
 use crate::gear::contact::contact_point::{ContactPoint, Edge};
 use crate::gear::contact::ease_off::{EaseOff, EaseOffTerms};
 use crate::gear::contact::ellipse::ContactEllipse;
@@ -85,7 +85,9 @@ pub fn contact(
     let (study, teeth) = (&file.contact, file.members.each_ref().map(|m| m.teeth));
     let assembly = file.assembly();
     let pair = FlankPair::new(flanks, teeth, file.hand, &assembly);
-    let Some(path) = pair.path_near_teeth(study.pitches, study.positions) else {
+    // A pair is followed until the next ones have taken over, whatever the positions shown.
+    let pitches = PITCHES.max(study.pitches);
+    let Some(path) = pair.path_near_teeth(pitches, study.positions) else {
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: "the flanks do not touch near the middle of their teeth".into(),
@@ -254,9 +256,9 @@ fn overlap_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<D
     diagnostics.push(Diagnostic {
         code: "overlap",
         message: format!(
-            "away from the path of contact the teeth overlap, most at {face:.0} % of the face and {height:.0} % of the height of the pinion, by {depth:.2} µm: they touch there first, and the transmission error is up to {te:.2} arcsec above that of the path"
+            "the teeth overlap by {depth:.2} µm at {face:.0} % of the face and {height:.0} % of the height of the pinion; the transmission error there exceeds that of the path of contact by {te:.2} arcsec"
         ),
-        hint: Some("change spiral angle, pressure angle or crowning where the ease-off falls; with --torque every place counts".into()),
+        hint: Some("change spiral angle, pressure angle or crowning where the ease-off falls; --torque covers the whole flank".into()),
     });
 }
 

@@ -1,5 +1,7 @@
 //! A crossed helical pair: geometry, path of contact, ellipse, backlash, limits.
 
+use std::sync::LazyLock;
+
 use super::axodes;
 use super::geometry::{Quantities, QuantityUnit};
 use super::sheet::{GearSheet, SheetPlot, table};
@@ -91,8 +93,12 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, &path, backlash).0,
         tables: vec![table("contact", heads, rows)],
         plots,
-        in_space: (pair.turning(&path, face_widths(file, &path), file.coating))
-            .map(|turning| turning.of_hand(file.mirror)),
+        in_space: {
+            let (pair, path, widths) = (*pair, path.clone(), face_widths(file, &path));
+            let (coating, mirror) = (file.coating, file.mirror);
+            let turning = move || Some(pair.turning(&path, widths, coating)?.of_hand(mirror));
+            LazyLock::new(Box::new(turning))
+        },
         plan: plan(file),
         diagnostics: warnings(file, &path, backlash),
         source: file.source.clone(),

@@ -37,7 +37,7 @@ pub struct CutPair {
     /// The cut flank.
     pub flank: BevelFlank,
     /// Blades at the feed of the generator, which are not on the cut flank; none where head or feed is not known.
-    pub blades: Option<BladeEffect>,
+    pub blades: Result<BladeEffect, &'static str>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -161,7 +161,7 @@ impl CutPair {
                 None => None,
             },
             flank,
-            blades: cradle_per_turn
+            blades: (cradle_per_turn.ok_or("`cutter` of [work] is not named"))
                 .and_then(|feed| BladeEffect::of(file, member, (&pair, &path), feed)),
             diagnostics,
         })

@@ -1,5 +1,7 @@
 //! A helicoid with the disk tool that cuts it: sections, deviations from the involute helicoid, profile of the tool, limits.
 
+use std::sync::LazyLock;
+
 use super::geometry::{Quantities, QuantityUnit};
 use super::sheet::{GearSheet, SheetPlot, table};
 use crate::base::code::Code;
@@ -112,7 +114,13 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
     }
     let columns = |k: usize| -> Vec<f64> { sections.iter().map(|row| row[k]).collect() };
     let mut deviations = vec![("flank".to_string(), columns(6), columns(0))];
-    let reground = (file.reground.as_ref()).map(|of| of.helicoid().ok_or_else(nothing));
+    let unreached = || {
+        let message = "the dressed wheel does not reach the reference cylinder";
+        Error::new(Code::OutOfRange, message)
+            .with_span(&file.span)
+            .with_hint("check tool.reground_radius")
+    };
+    let reground = (file.reground.as_ref()).map(|of| of.helicoid().ok_or_else(unreached));
     let mut regrinding = Vec::new();
     if let Some(other) = reground.transpose()? {
         regrinding.extend(radii.iter().filter_map(|&radius| {
@@ -204,7 +212,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
                 labels: Vec::new(),
             },
         ],
-        in_space: None,
+        in_space: LazyLock::new(Box::new(|| None)),
         plan: plan(file),
         diagnostics,
         source: file.source.clone(),

@@ -1,5 +1,7 @@
 //! A helical gear and its hob: profile error of the hob's flank type, the hob's flank for the exact gear, feed marks.
 
+use std::sync::LazyLock;
+
 use super::geometry::{Quantities, QuantityUnit};
 use super::sheet::{GearSheet, SheetPlot, table};
 use crate::base::code::Code;
@@ -90,7 +92,7 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, &hobbing, &pitch).0,
         tables: vec![table("hobbed profile", heads, rows)],
         plots,
-        in_space: None,
+        in_space: LazyLock::new(Box::new(|| None)),
         plan: plan(file),
         diagnostics: Vec::new(),
         source: file.source.clone(),

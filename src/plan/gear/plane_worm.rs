@@ -1,6 +1,7 @@
 //! A plane double-enveloping worm pair: geometry, both lines of contact, the curve between both parts of the tooth, undercut of the worm.
 
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 use super::axodes;
 use super::geometry::{Quantities, QuantityUnit};
@@ -84,7 +85,11 @@ pub fn run(file: &PlaneWormFile) -> Result<GearSheet, Error> {
         quantities: quantities(file, contact_ratio, turns).0,
         tables,
         plots,
-        in_space: (pair.turning(&zone, file.teeth)).map(|turning| turning.of_hand(file.hand)),
+        in_space: {
+            let (pair, teeth, hand) = (*pair, file.teeth, file.hand);
+            let turning = move || Some(pair.turning(&zone, teeth)?.of_hand(hand));
+            LazyLock::new(Box::new(turning))
+        },
         plan: plan(file),
         diagnostics,
         source: file.source.clone(),

@@ -1,6 +1,6 @@
 //! Results of gears in space that are quantities and tables: worm pairs, crossed pairs, helicoids with their tools.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use super::geometry::GearQuantity;
 use crate::base::error::Diagnostic;
@@ -8,8 +8,11 @@ use crate::base::source_span::SourceFile;
 use crate::gear::helicoid::turning_pair::TurningPair;
 use crate::plan::decision::StageDecision;
 
+/// What is computed when it is first shown; none where there is nothing to show.
+pub type OnDemand<T> = LazyLock<Option<T>, Box<dyn FnOnce() -> Option<T> + Send + Sync>>;
+
 /// Result of a gear file.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct GearSheet {
     /// Title in the file.
     pub title: String,
@@ -28,7 +31,7 @@ pub struct GearSheet {
     /// Curves of each figure.
     pub plots: Vec<SheetPlot>,
     /// The pair that turns in space; none of a tool, and where a tooth has no whole flank or is pointed.
-    pub in_space: Option<TurningPair>,
+    pub in_space: OnDemand<TurningPair>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.

@@ -1,6 +1,7 @@
 //! A worm pair: geometry, lines of contact on the wheel, limits of both kinds.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::LazyLock;
 
 use super::axodes;
 use super::geometry::{Quantities, QuantityUnit};
@@ -127,8 +128,11 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             reach,
         ))
         .collect(),
-        in_space: (pair.turning(&zone, [file.thread.starts, file.teeth]))
-            .map(|turning| turning.of_hand(file.hand)),
+        in_space: {
+            let (teeth, hand) = ([file.thread.starts, file.teeth], file.hand);
+            let turning = move || Some(pair.turning(&zone, teeth)?.of_hand(hand));
+            LazyLock::new(Box::new(turning))
+        },
         plan: plan(file),
         diagnostics: (cut_away.into_iter())
             .chain(cut_into)

@@ -237,17 +237,19 @@ fn cradle_per_turn(
     let turns = |dof: usize| chain.ratio(dof).map(|turns| turns.to_f64());
     let cradle = chain.ends.relative_to.and_then(turns);
     let feed = cradle.zip(turns(dof(machine, cutter)?).filter(|t| *t != 0.0));
-    let feed = feed.map(|(cradle, cutter)| TAU * (cradle / cutter).abs());
-    let Some(feed) = feed.filter(|feed| *feed <= LARGEST_FEED) else {
-        let message = format!(
-            "`{}` does not turn faster than the cradle by the chain",
-            cutter.text
-        );
-        return Err(Error::new(Code::Conflict, message)
+    let refused = |message: String| {
+        Err(Error::new(Code::Conflict, message)
             .with_span(&cutter.span)
-            .with_hint("name the node of the cutter head, or leave `cutter` out"));
+            .with_hint("name the node of the cutter head, or leave `cutter` out"))
     };
-    Ok(Some(feed))
+    let name = &cutter.text;
+    match feed.map(|(cradle, cutter)| TAU * (cradle / cutter).abs()) {
+        None => refused(format!("`{name}` does not follow the chain")),
+        Some(feed) if feed > LARGEST_FEED => refused(format!(
+            "the cradle turns by {feed:.3} rad in a turn of `{name}` (limit {LARGEST_FEED} rad)"
+        )),
+        feed => Ok(feed),
+    }
 }
 
 /// Ratio of roll of the flank that is cut, work over cradle.
