@@ -54,6 +54,10 @@ pub mod mesh_table;
 
 pub mod gear_file;
 
+pub mod worm_file;
+
+pub mod plane_worm_file;
+
 mod named_gear_file;
 
 mod gears;
@@ -92,10 +96,6 @@ pub mod cut_file;
 pub mod measured_grid;
 
 pub mod non_circular_file;
-
-pub mod worm_file;
-
-pub mod plane_worm_file;
 
 pub mod helicoid_file;
 

@@ -65,7 +65,11 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             let gap = (f64::NAN, f64::NAN);
             let pieces = line.pieces(zone.radii[0]);
             let (x, y) = (pieces.flat_map(|piece| piece.iter().map(place).chain([gap]))).unzip();
-            (format!("φ {:.0}°", line.worm_turn.to_degrees()), x, y)
+            (
+                format!("φ {:.0}°", line.worm_turn.to_degrees()).replace('-', "−"),
+                x,
+                y,
+            )
         })
         .collect();
     for (name, points) in [("undercut", &undercut), ("second limit", &second)] {
