@@ -94,7 +94,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         tables: vec![table("contact", heads, rows)],
         plots,
         in_space: {
-            let (pair, path, widths) = (*pair, path.clone(), face_widths(file, &path));
+            let (pair, path, widths) = (*pair, path, face_widths(file, &path));
             let (coating, mirror) = (file.coating, file.mirror);
             let turning = move || Some(pair.turning(&path, widths, coating)?.of_hand(mirror));
             LazyLock::new(Box::new(turning))

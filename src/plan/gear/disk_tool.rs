@@ -181,7 +181,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
                 ("off the flank", "µm"),
                 ("off the involute helicoid", "µm"),
             ],
-            regrinding.into_iter(),
+            regrinding,
         ));
     }
     Ok(GearSheet {
