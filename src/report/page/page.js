@@ -366,7 +366,7 @@
     plot.ink = (curve) => colour("--series-" + curve.ink);
     const grid = { stroke: () => colour("--grid"), width: 1 };
     const axis = (of, side) => ({
-      scale: side, label: numbered || side === "y" ? of.label : undefined, labelSize: 22, size: side === "y" ? 66 : numbered ? 40 : 12, stroke: () => colour("--text"), grid, ticks: grid,
+      scale: side, label: numbered || side === "y" ? of.label : undefined, labelSize: 22, size: side === "y" ? (u, texts) => Math.max(66, 30 + 6.5 * Math.max(...(texts ?? []).map((text) => text?.length ?? 0))) : numbered ? 40 : 12, stroke: () => colour("--text"), grid, ticks: grid,
       font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
       values: (_, splits) => splits.map((v) => (v === null || !(numbered || side === "y") ? "" : axisText(of)(v))),
       ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high, (side === "y" ? u.over.clientHeight : u.over.clientWidth) || 400, side === "x" && of.unit ? 200 : 90), filter: (u, splits) => splits } : {}),
