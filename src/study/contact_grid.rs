@@ -23,8 +23,6 @@ const PATHS: [usize; 5] = [15, 30, 60, 120, 240];
 const RIDGES: [[usize; 2]; 6] = [[15, 17], [15, 65], [60, 17], [60, 65], [240, 17], [240, 65]];
 /// Positions of the reference.
 const REFERENCE: usize = 1920;
-/// Pairs before and after the one of the path.
-const PAIRS: i32 = 2;
 
 /// Compares grids at the largest torque of a file, first e(φ, T), then k(φ, T); without a torque the unloaded transmission error alone.
 ///
@@ -134,13 +132,9 @@ fn by_ridges(
     path: &ContactPath,
     [positions, stations]: [usize; 2],
 ) -> Result<Vec<f64>, Error> {
-    let faces: Vec<f64> = (0..stations)
-        .map(|i| i as f64 / (stations - 1) as f64)
-        .collect();
-    let stations = RidgeStations::new(pair, &path.reference, &faces);
+    let stations = RidgeStations::over_face(pair, &path.reference, stations);
     over_pitch(pair, path, positions, |angle| {
-        let pairs = (-PAIRS..=PAIRS).map(|k| angle + f64::from(k) * pair.pitch());
-        let ridges = pairs.flat_map(|angle| stations.ridge(pair, angle));
+        let ridges = stations.ridges(pair, angle).into_iter();
         ridges.map(|place| place.te).reduce(f64::max)
     })
 }

@@ -11,8 +11,6 @@ use super::ridge::RidgeStations;
 const STATIONS: usize = 17;
 /// Positions of a pitch.
 const POSITIONS: usize = 12;
-/// Pairs before and after the one of the path.
-const PAIRS: i32 = 2;
 /// Metal in common below this, m, is rounding of the ridges.
 const ROUNDING: f64 = 5e-8;
 
@@ -32,28 +30,21 @@ pub struct Overlap {
 impl FlankPair {
     /// The deepest overlap over a pitch; none where every place stays behind the path.
     pub fn overlap(&self, path: &ContactPath) -> Option<Overlap> {
-        let faces: Vec<f64> = (0..STATIONS)
-            .map(|i| i as f64 / (STATIONS - 1) as f64)
-            .collect();
-        let stations = RidgeStations::new(self, &path.reference, &faces);
+        let stations = RidgeStations::over_face(self, &path.reference, STATIONS);
         let step = self.pitch() / POSITIONS as f64;
         let overlaps = (0..POSITIONS).flat_map(|i| {
             let angle = path.reference.pinion_angle + step * i as f64;
-            let leading = self.leading(path, angle);
-            let pairs = leading
-                .into_iter()
-                .flat_map(|leading| (-PAIRS..=PAIRS).map(move |pair| (leading.te, pair)));
-            let ridges = pairs.flat_map(|(te, pair)| {
-                let turned = angle + f64::from(pair) * self.pitch();
-                let ridge = stations.ridge(self, turned);
-                ridge.into_iter().map(move |place| Overlap {
+            let leading = self.leading(path, angle).map(|leading| leading.te);
+            let overlaps = leading.into_iter().flat_map(|te| {
+                let ridges = stations.ridges(self, angle).into_iter();
+                ridges.map(move |place| Overlap {
                     pinion_angle: angle,
                     shares: [place.face, place.height],
                     depth: place.arm * (place.te - te),
                     te: place.te - te,
                 })
             });
-            ridges.collect::<Vec<_>>()
+            overlaps.collect::<Vec<_>>()
         });
         let deepest = overlaps.max_by(|a, b| a.depth.total_cmp(&b.depth))?;
         (deepest.depth > ROUNDING).then_some(deepest)

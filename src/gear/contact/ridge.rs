@@ -14,6 +14,8 @@ use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::second_order::SecondOrder;
 use crate::gear::kernel::vector::Vector;
 
+/// Pairs of teeth before and after one that may touch next to it.
+const NEIGHBOURS: i32 = 2;
 /// Heights of a station at which the pinion's flank is tabulated.
 const HEIGHTS: usize = 13;
 /// Newton steps towards the top of a station.
@@ -96,6 +98,18 @@ impl Place {
 }
 
 impl RidgeStations {
+    /// Stations at equal steps from toe to heel, both ends included.
+    pub fn over_face(pair: &FlankPair, reference: &ContactPoint, count: usize) -> RidgeStations {
+        let faces: Vec<f64> = (0..count).map(|i| i as f64 / (count - 1) as f64).collect();
+        RidgeStations::new(pair, reference, &faces)
+    }
+
+    /// The ridges of pair 0 and of two pairs to either side, at an angle of the pinion.
+    pub fn ridges(&self, pair: &FlankPair, pinion_angle: f64) -> Vec<RidgePoint> {
+        let angles = (-NEIGHBOURS..=NEIGHBOURS).map(|k| pinion_angle + f64::from(k) * pair.pitch());
+        angles.flat_map(|angle| self.ridge(pair, angle)).collect()
+    }
+
     /// Stations of a pair at these shares of the face; none where the flanks are not found.
     pub fn new(pair: &FlankPair, reference: &ContactPoint, faces: &[f64]) -> RidgeStations {
         let y = &reference.unknowns;

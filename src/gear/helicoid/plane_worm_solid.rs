@@ -4,10 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::plane_worm::{PlaneWorm, PlaneWormContact};
 use super::plane_worm_zone::PlaneWormZone;
-use super::turning_pair::{
-    CLEARANCE, ContactPosition, POSITIONS, Teeth, TurningMember, TurningPair,
-};
-use super::worm_solid::{LEAST_BORE, MOST_SLICES, RIM, WHEEL_AXES, every};
+use super::turning_pair::{CLEARANCE, ContactPosition, POSITIONS, Teeth, TurningPair};
+use super::worm_solid::{LEAST_BORE, MOST_SLICES, RIM, every, worm_and_wheel};
 use crate::gear::kernel::newton::newton;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::vector::Vector;
@@ -69,26 +67,9 @@ impl PlaneWorm {
                     .collect(),
             }
         };
-        let member = |teeth, sector, axes, centre| TurningMember {
-            teeth,
-            sector,
-            axes,
-            centre,
-        };
-        Some(TurningPair {
-            members: [
-                member(
-                    starts,
-                    worm.sector()?,
-                    [Vector::X, Vector::Y, Vector::Z],
-                    Vector::ZERO,
-                ),
-                member(teeth, wheel.sector()?, WHEEL_AXES, Vector::X * a),
-            ],
-            contact: "line",
-            facing: None,
-            positions: (0..POSITIONS).map(position).collect(),
-        })
+        let sectors = [worm.sector()?, wheel.sector()?];
+        let positions = (0..POSITIONS).map(position).collect();
+        Some(worm_and_wheel(sectors, [starts, teeth], a, positions))
     }
 
     /// Azimuth of the worm's flank at a radius and a height, rad; none where the plane makes no flank.

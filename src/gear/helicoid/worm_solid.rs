@@ -9,6 +9,7 @@ use super::turning_pair::{
 };
 use super::worm_pair::{WormContact, WormPair};
 use super::worm_zone::WormZone;
+use crate::gear::bevel::solid::Sector;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::vector::Vector;
 
@@ -24,7 +25,35 @@ pub(super) const MOST_SLICES: f64 = 120.0;
 const SHOWN: usize = 4;
 
 /// Axes of the wheel: x, z and the axis along −y, about which it turns by `i φ`.
-pub(super) const WHEEL_AXES: [Vector; 3] = [Vector::X, Vector::Z, Vector::new(0.0, -1.0, 0.0)];
+const WHEEL_AXES: [Vector; 3] = [Vector::X, Vector::Z, Vector::new(0.0, -1.0, 0.0)];
+
+/// A worm about z and its wheel at a centre distance, each by its sector, with the lines of contact of the moment.
+pub(super) fn worm_and_wheel(
+    [worm, wheel]: [Sector; 2],
+    teeth: [u32; 2],
+    centre_distance: f64,
+    positions: Vec<ContactPosition>,
+) -> TurningPair {
+    TurningPair {
+        members: [
+            TurningMember {
+                teeth: teeth[0],
+                sector: worm,
+                axes: [Vector::X, Vector::Y, Vector::Z],
+                centre: Vector::ZERO,
+            },
+            TurningMember {
+                teeth: teeth[1],
+                sector: wheel,
+                axes: WHEEL_AXES,
+                centre: Vector::X * centre_distance,
+            },
+        ],
+        contact: "line",
+        facing: None,
+        positions,
+    }
+}
 
 impl WormPair {
     /// The pair without backlash over one pitch of a worm of some starts and a wheel of some teeth; none where a flank does not reach its tip.
@@ -82,26 +111,9 @@ impl WormPair {
                     .collect(),
             }
         };
-        let member = |teeth, sector, axes, centre| TurningMember {
-            teeth,
-            sector,
-            axes,
-            centre,
-        };
-        Some(TurningPair {
-            members: [
-                member(
-                    starts,
-                    worm.sector()?,
-                    [Vector::X, Vector::Y, Vector::Z],
-                    Vector::ZERO,
-                ),
-                member(teeth, wheel.sector()?, WHEEL_AXES, Vector::X * a),
-            ],
-            contact: "line",
-            facing: None,
-            positions: (0..POSITIONS).map(position).collect(),
-        })
+        let sectors = [worm.sector()?, wheel.sector()?];
+        let positions = (0..POSITIONS).map(position).collect();
+        Some(worm_and_wheel(sectors, [starts, teeth], a, positions))
     }
 
     /// Azimuth of the wheel's flank at a radius and a place y, rad; none below the flank.
