@@ -4,6 +4,10 @@
 
 pub mod modal_parameters;
 
+pub mod pole_shift;
+
+pub mod level_dependence;
+
 pub mod rational;
 
 pub mod free_decay;
@@ -17,6 +21,8 @@ pub mod compare;
 pub mod point_shape;
 
 pub mod modal;
+
+pub mod modal_mass;
 
 mod validation;
 

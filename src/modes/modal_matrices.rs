@@ -72,6 +72,30 @@ pub fn project(
     modal
 }
 
+/// `(|G_j| + |K_j|/ω_j) / 2 ω_j` of the mode where it is largest: the share of its frequency that pairs of modes may shift by.
+pub fn largest_spin_shift(terms: &SpinTerms, basis: &ModalBasis) -> f64 {
+    let n = basis.omega.len();
+    let (mut turning, mut pulling) = (vec![0.0f64; n], vec![0.0f64; n]);
+    for (a, b, g) in &terms.gyroscopic {
+        let (a, b) = (
+            project_direction(a, &basis.shapes),
+            project_direction(b, &basis.shapes),
+        );
+        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (long_a, long_b) = (length(&a), length(&b));
+        for j in 0..n {
+            turning[j] += g.abs() * (a[j].abs() * long_b).max(b[j].abs() * long_a);
+        }
+    }
+    for (v, m) in &terms.centripetal {
+        for (j, x) in project_direction(v, &basis.shapes).into_iter().enumerate() {
+            pulling[j] += m * x * x;
+        }
+    }
+    let share = |j: usize| (turning[j] + pulling[j] / basis.omega[j]) / (2.0 * basis.omega[j]);
+    (basis.n_rigid..n).map(share).fold(0.0, f64::max)
+}
+
 impl ModalMatrices {
     /// Something loses energy: the symmetric part of C̃, or H̃, is not nil.
     pub fn is_dissipative(&self) -> bool {

@@ -87,7 +87,7 @@ const PANEL_TOLERANCE: f64 = 1e-6;
 /// And of the largest part of the balance, shared out over the run.
 const TOTAL_TOLERANCE: f64 = 1e-5;
 
-/// A panel is not made shorter than this share of its interval: a switch that the method stepped over lies in it.
+/// A panel is not made shorter than this share of the first: a switch that the method stepped over lies in it.
 const MIN_PANEL: f64 = 1e-6;
 
 /// Readings of the powers after which adding up is given up: some seconds for twenty degrees of freedom.
@@ -189,10 +189,11 @@ impl EnergyIntegrator {
             Some(last) => self.balance.work_in += self.jump_work(last, &start),
         }
         self.track_peak(stored);
+        let first = interval.time_scale.min(to - from);
         // Nor is one shorter than its instants can be distinguished.
-        let shortest = (MIN_PANEL * (to - from)).max(16.0 * f64::EPSILON * to.abs());
+        let shortest = (MIN_PANEL * first).max(16.0 * f64::EPSILON * to.abs());
         let mut t = from;
-        let mut length = interval.time_scale.min(to - from).max(shortest);
+        let mut length = first.max(shortest);
         while t < to {
             let end = if t + 1.25 * length < to {
                 t + length

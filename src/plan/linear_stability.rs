@@ -7,7 +7,8 @@ use crate::base::error::Diagnostic;
 use crate::base::text::pluralise;
 use crate::machine::kinematics::mean_speeds;
 use crate::machine::spin::SpinTerms;
-use crate::modes::modal_basis::{ModalBasis, project_direction};
+use crate::modes::modal_basis::ModalBasis;
+use crate::modes::modal_matrices::largest_spin_shift;
 use crate::modes::mode::modulus;
 use crate::numeric::Complex;
 use crate::scene::study::ModesStudy;
@@ -97,7 +98,7 @@ fn without_speed(
             )
         },
     );
-    let size = basis.map(|basis| largest_shift(&terms, basis));
+    let size = basis.map(|basis| largest_spin_shift(&terms, basis));
     if size.is_some_and(|size| size < NO_GROWTH) {
         return None;
     }
@@ -115,30 +116,6 @@ fn without_speed(
         message: message.trim_end_matches(';').to_string(),
         hint: Some("add --speed to count them".to_string()),
     })
-}
-
-/// `(|G_j| + |K_j|/ω_j) / 2 ω_j` of the mode where it is largest: the share of its frequency that pairs of modes may shift by.
-fn largest_shift(terms: &SpinTerms, basis: &ModalBasis) -> f64 {
-    let n = basis.omega.len();
-    let (mut turning, mut pulling) = (vec![0.0f64; n], vec![0.0f64; n]);
-    for (a, b, g) in &terms.gyroscopic {
-        let (a, b) = (
-            project_direction(a, &basis.shapes),
-            project_direction(b, &basis.shapes),
-        );
-        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (long_a, long_b) = (length(&a), length(&b));
-        for j in 0..n {
-            turning[j] += g.abs() * (a[j].abs() * long_b).max(b[j].abs() * long_a);
-        }
-    }
-    for (v, m) in &terms.centripetal {
-        for (j, x) in project_direction(v, &basis.shapes).into_iter().enumerate() {
-            pulling[j] += m * x * x;
-        }
-    }
-    let share = |j: usize| (turning[j] + pulling[j] / basis.omega[j]) / (2.0 * basis.omega[j]);
-    (basis.n_rigid..n).map(share).fold(0.0, f64::max)
 }
 
 fn without_damping(machine: &PreparedMachine) -> Option<Diagnostic> {

@@ -175,3 +175,24 @@ fn refuses_change_gears_of_another_work() {
         );
     }
 }
+
+/// A node named as the cutter that is none: the cradle itself, and a node that is not there.
+#[test]
+fn refuses_other_nodes_as_the_cutter() {
+    let folder = tempfile::tempdir().unwrap();
+    example(folder.path());
+    let path = folder.path().join("generator.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (node, expected) in [
+        (
+            "cradle",
+            "the cradle turns by 6.283 rad in a turn of `cradle` (limit 1 rad)",
+        ),
+        ("head", "no node `head`"),
+    ] {
+        let named = text.replace("cutter = \"cutter_head\"", &format!("cutter = \"{node}\""));
+        std::fs::write(&path, named).unwrap();
+        let (_, message) = refusal(&["te", path.to_str().unwrap()]);
+        assert_eq!(message, expected);
+    }
+}

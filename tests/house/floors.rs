@@ -4,6 +4,7 @@
 //! modules that stand above its own. Outside packages that could be changed are named only where they belong.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use syn::visit::{self, Visit};
@@ -278,6 +279,28 @@ fn law_only_the_command_prints() {
             file.display()
         );
     }
+}
+
+/// Every path that the architecture names is there, below the project or its sources.
+#[test]
+fn law_paths_of_the_architecture() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("docs/architecture.md")).unwrap();
+    let is_path = |word: &&str| {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "/_.".contains(c);
+        word.contains('/') && word.chars().all(plain)
+    };
+    let is_there = |path: &str| {
+        let folders = [root.to_path_buf(), src(), src().join("report/page")];
+        folders.iter().any(|folder| folder.join(path).exists())
+    };
+    let paths: Vec<&str> = text.split('`').skip(1).step_by(2).filter(is_path).collect();
+    let lost: Vec<&&str> = paths.iter().filter(|path| !is_there(path)).collect();
+    assert!(
+        paths.len() > 100 && lost.is_empty(),
+        "{} paths, not there: {lost:?}",
+        paths.len()
+    );
 }
 
 /// Names of every macro called.

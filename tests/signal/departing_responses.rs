@@ -401,20 +401,26 @@ fn study_coverage_of_hits() {
         let test = Test { scatter, ..FOUR };
         show(test, &score(test, 1000..1100));
     }
-    for rate_hz in [5000.0, 20_000.0] {
+    for rate_hz in [20_000.0, 5000.0] {
         for hits in [3, 4, 5, 8, 16, 64] {
-            for outputs in [1, 2, 6] {
-                for scatter in [0.0, 0.02] {
-                    let test = Test {
-                        rate_hz,
-                        hits,
-                        outputs,
-                        scatter,
-                        ..FOUR
-                    };
-                    show(test, &score(test, 2000..2100));
-                }
+            let [mut found, mut frequencies, mut dampings] = [0; 3];
+            for (outputs, scatter) in [1, 2, 6].into_iter().flat_map(|n| [(n, 0.0), (n, 0.02)]) {
+                let test = Test {
+                    rate_hz,
+                    hits,
+                    outputs,
+                    scatter,
+                    ..FOUR
+                };
+                let cell = score(test, 2000..2100);
+                show(test, &cell);
+                found += cell.found;
+                frequencies += cell.frequencies_held;
+                dampings += cell.dampings_held;
             }
+            let of = format!("of modes, {hits} hits at {rate_hz} Hz, 1 to 6 responses");
+            coverage(&format!("frequency {of}"), 0.95, frequencies, found);
+            coverage(&format!("damping ratio {of}"), 0.95, dampings, found);
         }
     }
 }

@@ -114,6 +114,16 @@ impl ResidueFit {
         sum * s.powi(self.motion.derivative_order())
     }
 
+    /// Root mean square of what the fit misses of a measured response, over that of the response.
+    pub fn misfit(&self, measured: &MeasuredFrf, output: usize, input: usize) -> f64 {
+        let response = measured.response(output, input);
+        let off: f64 = (response.iter().zip(measured.frequency_hz()))
+            .map(|(h, &f)| (h - self.synthesise(output, input, f)).norm_sqr())
+            .sum();
+        let size: f64 = response.iter().map(Complex::norm_sqr).sum();
+        (off / size).sqrt()
+    }
+
     /// Shape and participation of a mode.
     ///
     /// # Errors

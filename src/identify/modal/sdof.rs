@@ -5,8 +5,12 @@ use std::f64::consts::TAU;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, lstsq, parabola};
 use crate::spectrum::integrate::MotionQuantity;
+
+/// Lines a circle is laid through, at least.
+const ARC_LINES: usize = 7;
 
 /// Lines of the local maxima of `|H|` that exceed `share` of the largest value, by rising frequency.
 pub fn pick_peaks(response: &[Complex], share: f64) -> Vec<usize> {
@@ -15,6 +19,48 @@ pub fn pick_peaks(response: &[Complex], share: f64) -> Vec<usize> {
     (1..size.len().saturating_sub(1))
         .filter(|&k| size[k] >= least && size[k] > size[k - 1] && size[k] >= size[k + 1])
         .collect()
+}
+
+/// Root of the sum of squares over the responses, each by its own largest value.
+pub fn summed_response(values: &[Vec<Complex>]) -> Vec<f64> {
+    let lines = values.first().map_or(0, Vec::len);
+    let mut sum = vec![0.0; lines];
+    for response in values {
+        let largest = response.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max);
+        if largest > 0.0 {
+            (sum.iter_mut().zip(response)).for_each(|(s, z)| *s += z.norm_sqr() / largest);
+        }
+    }
+    sum.iter().map(|s| s.sqrt()).collect()
+}
+
+/// Peaks above `share` of the largest value with the first and last of the lines within half power, by rising frequency; those inside the
+/// lines of a higher one are left out.
+pub fn separate_peaks(level: &[f64], share: f64) -> Vec<(usize, (usize, usize))> {
+    let curve: Vec<Complex> = level.iter().map(|&l| Complex::new(l, 0.0)).collect();
+    let mut by_height = pick_peaks(&curve, share);
+    sort_falling(&mut by_height, |&a| level[a]);
+    let mut found: Vec<(usize, (usize, usize))> = Vec::new();
+    for peak in by_height {
+        if found.iter().any(|(_, (a, b))| (*a..=*b).contains(&peak)) {
+            continue;
+        }
+        let least = level[peak] / 2f64.sqrt();
+        let (mut from, mut to) = (peak, peak);
+        while from > 0 && level[from - 1] >= least {
+            from -= 1;
+        }
+        while to + 1 < level.len() && level[to + 1] >= least {
+            to += 1;
+        }
+        while to - from + 1 < ARC_LINES && (from > 0 || to + 1 < level.len()) {
+            from = from.saturating_sub(1);
+            to = (to + 1).min(level.len() - 1);
+        }
+        found.push((peak, (from, to)));
+    }
+    found.sort_by_key(|f| f.0);
+    found
 }
 
 /// The mode of a peak by the two frequencies where `|H|²` is half of the peak's.

@@ -76,6 +76,11 @@ impl DenseSystem {
         self.log_norm
     }
 
+    /// ‖A‖, 1/s: no rate exceeds it.
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
     /// c A.
     pub fn rate_of(&self, c: &[f64], out: &mut [f64]) {
         for j in 0..self.count() {

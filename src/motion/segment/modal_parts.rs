@@ -39,6 +39,17 @@ impl NonOscillatoryPart {
             NonOscillatoryPart::Dense(dense) => dense.count(),
         }
     }
+
+    /// A rate that no change of the part exceeds, 1/s.
+    pub fn rate(&self) -> f64 {
+        match self {
+            NonOscillatoryPart::Decay(lambda) | NonOscillatoryPart::RigidMotion(lambda) => {
+                lambda.abs()
+            }
+            NonOscillatoryPart::Critical { d, .. } => d.abs(),
+            NonOscillatoryPart::Dense(dense) => dense.norm(),
+        }
+    }
 }
 
 /// A harmonic so near a root that their responses must not be taken apart.

@@ -160,9 +160,10 @@ impl ForcedParts {
             .fold(0.0, f64::max)
     }
 
-    /// A time in which nothing turns through more than a radian, s.
+    /// A time in which nothing turns through more than a radian or decays to less than 1/e, s.
     pub fn time_scale(&self) -> f64 {
-        1.0 / self.fastest
+        let rates = self.others.iter().map(NonOscillatoryPart::rate);
+        1.0 / rates.fold(self.fastest, f64::max)
     }
 
     /// A stride of h.

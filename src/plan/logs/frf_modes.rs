@@ -21,7 +21,7 @@ use crate::identify::modal::{lsce, rfp, sdof};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::sort_rising;
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::integrate::MotionQuantity;
@@ -48,9 +48,6 @@ const DEFAULT_MAX_ORDER: usize = 60;
 /// Peaks below this share of the largest are not looked at one by one.
 const MIN_PEAK_SHARE: f64 = 0.05;
 
-/// Lines a circle is laid through, at least.
-const ARC_LINES: usize = 7;
-
 /// Identifies from lines inside the band.
 ///
 /// # Errors
@@ -76,7 +73,7 @@ pub fn identify_modal(
         .collect();
     let measured = MeasuredFrf::new(&lines, &rows)?;
     let values = rows.concat();
-    let level = summed_response(&values);
+    let level = sdof::summed_response(&values);
     let quantities = motion_candidates(responses, study);
     let (mut modes, rule, evidence) = match method {
         IdentificationMethod::Circle => circle_fits(&lines, &values, level, quantities[0]),
@@ -136,19 +133,6 @@ fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
     sort_rising(modes, |a| a.frequency_hz());
 }
 
-/// Root of the sum of squares over the responses, each by its own largest value.
-fn summed_response(values: &[Vec<Complex>]) -> Vec<f64> {
-    let lines = values.first().map_or(0, Vec::len);
-    let mut sum = vec![0.0; lines];
-    for response in values {
-        let largest = response.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max);
-        if largest > 0.0 {
-            (sum.iter_mut().zip(response)).for_each(|(s, z)| *s += z.norm_sqr() / largest);
-        }
-    }
-    sum.iter().map(|s| s.sqrt()).collect()
-}
-
 /// Possible motion quantities of the responses: as declared, by their units, else displacement or acceleration.
 fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<MotionQuantity> {
     let of = |times: u8| match times {
@@ -201,7 +185,7 @@ fn circle_fits(
 ) -> (Vec<IdentifiedMode>, String, Evidence) {
     let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
     let ends = (lines[0], lines[lines.len() - 1]);
-    for (peak, (from, to)) in separate_peaks(&level) {
+    for (peak, (from, to)) in sdof::separate_peaks(&level, MIN_PEAK_SHARE) {
         let share = |r: &&Vec<Complex>| {
             let largest = r
                 .iter()
@@ -276,34 +260,6 @@ fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -
     })
 }
 
-/// Peaks with the lines within half power, by rising frequency; those inside the lines of a higher one are left out.
-fn separate_peaks(level: &[f64]) -> Vec<(usize, (usize, usize))> {
-    let curve: Vec<Complex> = level.iter().map(|&l| Complex::new(l, 0.0)).collect();
-    let mut by_height = sdof::pick_peaks(&curve, MIN_PEAK_SHARE);
-    sort_falling(&mut by_height, |&a| level[a]);
-    let mut found: Vec<(usize, (usize, usize))> = Vec::new();
-    for peak in by_height {
-        if found.iter().any(|(_, (a, b))| (*a..=*b).contains(&peak)) {
-            continue;
-        }
-        let least = level[peak] / 2f64.sqrt();
-        let (mut from, mut to) = (peak, peak);
-        while from > 0 && level[from - 1] >= least {
-            from -= 1;
-        }
-        while to + 1 < level.len() && level[to + 1] >= least {
-            to += 1;
-        }
-        while to - from + 1 < ARC_LINES && (from > 0 || to + 1 < level.len()) {
-            from = from.saturating_sub(1);
-            to = (to + 1).min(level.len() - 1);
-        }
-        found.push((peak, (from, to)));
-    }
-    found.sort_by_key(|f| f.0);
-    found
-}
-
 impl ModalIdentification {
     /// Shapes, transfer functions and misfit; the better of several quantities.
     fn add_residues(
@@ -320,7 +276,10 @@ impl ModalIdentification {
         let mut best: Option<(ResidueFit, Vec<f64>)> = None;
         for &quantity in quantities {
             let fit = lsfd::fit_residues(measured, &poles, quantity)?;
-            let errors = misfit(&fit, measured, table);
+            let mut errors = vec![0.0; responses.responses.len()];
+            for (o, i, f) in table_cells(table) {
+                errors[f] = fit.misfit(measured, o, i);
+            }
             let size = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
             if best.as_ref().is_none_or(|b| size(&errors) < size(&b.1)) {
                 best = Some((fit, errors));
@@ -362,20 +321,6 @@ fn table_cells(table: &[Vec<usize>]) -> impl Iterator<Item = (usize, usize, usiz
         cells
     };
     table.iter().enumerate().flat_map(row)
-}
-
-/// Root mean square misfit over that of the response, by response.
-fn misfit(fit: &ResidueFit, measured: &MeasuredFrf, table: &[Vec<usize>]) -> Vec<f64> {
-    let mut all = vec![0.0; table.iter().map(Vec::len).sum()];
-    for (o, i, f) in table_cells(table) {
-        let value = measured.response(o, i);
-        let off: f64 = (value.iter().zip(measured.frequency_hz()))
-            .map(|(h, &f)| (h - fit.synthesise(o, i, f)).norm_sqr())
-            .sum();
-        let size: f64 = value.iter().map(Complex::norm_sqr).sum();
-        all[f] = (off / size).sqrt();
-    }
-    all
 }
 
 /// Whether a pole lies inside a band, Hz.

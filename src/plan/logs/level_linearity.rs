@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::linearity::{LevelGroup, level_dependence};
+use super::linearity::warning;
 use super::sample_blocks;
 use crate::base::error::{Diagnostic, Error};
+use crate::identify::level_dependence::{LevelGroup, level_dependence};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::recording::signals::{Channel, Recording};
@@ -21,7 +22,7 @@ const BLOCKS_PER_PART: [usize; 3] = [8, 4, 2];
 /// Shorter blocks resolve no mode, samples.
 const MIN_BLOCK: usize = 64;
 
-/// The loudest part has at least so many times the standard_deviation input of the quietest.
+/// The loudest part has at least so many times the rms input of the quietest.
 const MIN_LEVEL_RATIO: f64 = 2.0;
 
 /// Mean coherence over the half-power band, at the best output, below which a part says nothing of a mode.
@@ -96,17 +97,11 @@ pub fn check_record(
     let is_visible = |mode: &&ModalParameters| estimates.iter().all(|part| is_coherent(part, mode));
     let modes: Vec<ModalParameters> = modes.iter().filter(is_visible).cloned().collect();
     let lines = estimates.first().map_or(&[][..], |e| &e.frequency_hz);
-    let what = "from parts of the record with an standard_deviation input of";
     let block_s = block as f64 / recording.rate_hz;
     let terms = |omega: f64, pole: Complex| averaged_terms(omega, pole, block_s);
-    let unit = &channels[0].unit;
-    Ok(level_dependence(
-        lines,
-        &groups,
-        &modes,
-        (what, unit),
-        &terms,
-    ))
+    let found = level_dependence(lines, &groups, &modes, &terms);
+    let levels_of = "from parts of the record with an rms input of";
+    Ok(found.map(|found| warning(&found, levels_of, &channels[0].unit)))
 }
 
 /// `1/(jω − p)` and `1/(jω − p)²` as averaged blocks under a Hann window show them for white noise: transforms of `e^{pt}` and `t e^{pt}`

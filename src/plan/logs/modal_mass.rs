@@ -1,14 +1,12 @@
-//! Modal masses from the driving-point residue: `R = φ_d²/(2i ω_d m)` (Ewins §2.8, §4.6).
-//!
-//! Ewins, Modal Testing, 2nd ed. (2000), §2.8 and §4.6; for complex shapes m is complex, and real where damping is proportional.
+//! Modal masses of identified modes, where the driving point is named or found by its name.
 
 use std::f64::consts::PI;
 
-use super::identification_result::{DrivingPoint, IdentificationResult, IdentifiedMode};
+use super::identification_result::{DrivingPoint, IdentificationResult};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::identify::modal_mass::modal_mass;
 use crate::identify::transfer::function::TransferFunction;
-use crate::numeric::Complex;
 use crate::recording::channel_names;
 use crate::recording::channel_unit::{self, ChannelUnit};
 use crate::recording::frequency_responses::FrequencyResponses;
@@ -56,7 +54,8 @@ pub fn add_modal_masses(found: &mut IdentificationResult, word: Option<&str>) ->
         let Some(&here) = place.and_then(|p| mode.mode.shape.get(p)) else {
             continue;
         };
-        mode.modal_mass = modal_mass(mode, function, here, derivative).map(|m| m / factor);
+        mode.modal_mass =
+            modal_mass(mode.mode.pole, here, function, derivative).map(|m| m / factor);
         if here.norm() > MIN_SHAPE_COMPONENT
             && mode
                 .modal_mass
@@ -102,22 +101,6 @@ pub fn driving_points(
         .filter(|_| words.len() > 1)
         .map(|(input, output)| Ok((named(input, &inputs)?, named(output, &outputs)?)))
         .collect()
-}
-
-fn modal_mass(
-    mode: &IdentifiedMode,
-    function: &TransferFunction,
-    here: Complex,
-    derivative: u8,
-) -> Option<Complex> {
-    let pole = mode.mode.pole;
-    let apart = |p: &Complex| (p - pole).norm();
-    let nearest = (0..function.poles().len())
-        .min_by(|&a, &b| apart(&function.poles()[a]).total_cmp(&apart(&function.poles()[b])))?;
-    let own = function.poles()[nearest];
-    let receptance = function.residues()[nearest] / own.powi(i32::from(derivative));
-    let mass = here * here / (Complex::new(0.0, 2.0 * own.im) * receptance);
-    (own.im > 0.0 && mass.norm().is_finite()).then_some(mass)
 }
 
 /// SI size of one unit of receptance, how often the motion was differentiated, and the unit of the mass; `None` for unknown units.

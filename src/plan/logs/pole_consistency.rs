@@ -1,15 +1,12 @@
 //! Poles that differ between the files of a roving test: modes of one file in place of those of the others, or poles that a file shifts.
-//!
-//! Near a pole p the misfit of a response is `A δp/(jω − p)² + a/(jω − p) + b`, to first order, with its own residue A: δp of a file by least
-//! squares over its responses.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::linearity::{along, orthonormal, take_off};
 use crate::base::error::Diagnostic;
 use crate::base::text::quoted_list;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::pole_shift::shift_of_misfit;
 use crate::identify::rational::RationalFit;
 use crate::numeric::Complex;
 use crate::recording::frequency_responses::FrequencyResponses;
@@ -127,12 +124,21 @@ fn shifted<'f>(
     if lines.len() < MIN_LINES {
         return Vec::new();
     }
-    let fitted: Vec<Vec<Complex>> = (lines.iter())
-        .map(|&k| fit.synthesise(responses.frequency_hz[k]))
-        .collect();
-    let found: Vec<Option<(f64, f64)>> = (files.iter())
-        .map(|(_, range)| own_shift(responses, range.clone(), &lines, &fitted, pole))
-        .collect();
+    let near_hz: Vec<f64> = lines.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let fitted: Vec<Vec<Complex>> = near_hz.iter().map(|&f| fit.synthesise(f)).collect();
+    let shift = |range: &Range<usize>| {
+        let of_fit = |i: usize| fitted.iter().map(|f| f[i]).collect();
+        let fitted: Vec<Vec<Complex>> = range.clone().map(of_fit).collect();
+        let measured = |i: usize| {
+            lines
+                .iter()
+                .map(|&k| responses.responses[i].values[k])
+                .collect()
+        };
+        let measured: Vec<Vec<Complex>> = range.clone().map(measured).collect();
+        shift_of_misfit(&near_hz, &measured, &fitted, pole)
+    };
+    let found: Vec<Option<(f64, f64)>> = files.iter().map(|(_, range)| shift(range)).collect();
     let mut known: Vec<f64> = found.iter().flatten().map(|s| s.0).collect();
     known.sort_by(f64::total_cmp);
     if known.len() < 3 {
@@ -145,50 +151,6 @@ fn shifted<'f>(
         .filter(|(_, (shift, std))| (shift - median).abs() > limit.max(SHIFT_SIGMA * std))
         .map(|(path, (shift, _))| (path, (shift - median) / pole.im))
         .collect()
-}
-
-/// Shift of the natural frequency of a pole in some responses, rad/s, and its standard deviation.
-fn own_shift(
-    responses: &FrequencyResponses,
-    range: Range<usize>,
-    lines: &[usize],
-    fitted: &[Vec<Complex>],
-    pole: Complex,
-) -> Option<(f64, f64)> {
-    let one = Complex::new(1.0, 0.0);
-    let size = pole.re.abs();
-    let first: Vec<Complex> = (lines.iter())
-        .map(|&k| one * size / (Complex::new(0.0, TAU * responses.frequency_hz[k]) - pole))
-        .collect();
-    let mut second: Vec<Complex> = first.iter().map(|z| z * z).collect();
-    let mut basis = vec![vec![one; lines.len()], first.clone()];
-    orthonormal(&mut basis);
-    basis.iter().for_each(|b| take_off(&mut second, b));
-    let norm: f64 = second.iter().map(Complex::norm_sqr).sum();
-    let mut own = first;
-    take_off(&mut own, &basis[0]);
-    let own_norm: f64 = own.iter().map(Complex::norm_sqr).sum();
-    let (mut shift, mut weight, mut left) = (Complex::new(0.0, 0.0), 0.0, 0.0);
-    for i in range.clone() {
-        let fit: Vec<Complex> = fitted.iter().map(|f| f[i]).collect();
-        let residue = along(&own, &fit) / own_norm;
-        let mut misfit: Vec<Complex> = (lines.iter().zip(&fit))
-            .map(|(&k, fit)| responses.responses[i].values[k] - fit)
-            .collect();
-        basis.iter().for_each(|b| take_off(&mut misfit, b));
-        let part = along(&second, &misfit) / norm;
-        shift += residue.conj() * part;
-        weight += residue.norm_sqr();
-        left += misfit
-            .iter()
-            .zip(&second)
-            .map(|(e, s)| (e - part * s).norm_sqr())
-            .sum::<f64>();
-    }
-    let dofs = (range.len() * (lines.len() - 3)) as f64;
-    let variance = left / dofs / norm / weight;
-    // With first = |σ|/(jω − p), A δp/(jω − p)² is a (δp/|σ|) first².
-    (weight > 0.0).then(|| (size * (shift / weight).im, size * (0.5 * variance).sqrt()))
 }
 
 #[cfg(test)]

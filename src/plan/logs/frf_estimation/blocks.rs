@@ -1,0 +1,209 @@
+//! Responses by averages over blocks, or by local polynomials where those serve.
+
+use super::super::{excited_band, sample_blocks};
+use super::local::{LocalEstimate, estimate_local};
+use super::{EstimatedResponses, FrfStudy, MIN_DEFAULT_BLOCK, ResolutionRequest, channel_labels};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::text::pluralise;
+use crate::recording::frequency_responses::FrequencyResponses;
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::frf::{self, Estimator};
+use crate::spectrum::welch::{WelchEstimator, WelchOptions};
+use crate::spectrum::window::{Window, line_correlation};
+
+/// Default minimum number of blocks: enough for a variance.
+const MIN_DEFAULT_BLOCKS: usize = 16;
+
+/// The longest block taken unasked: 65 536 samples.
+const MAX_DEFAULT_BLOCK: usize = 1 << 16;
+
+/// A resonance narrower than so many lines is smeared by the window of averaged blocks.
+const WINDOW_SMEARING_LINES: f64 = 3.0;
+
+/// Samples that have a spectrum, at least.
+const MIN_SAMPLES: usize = 4;
+
+pub(super) fn estimate_from_blocks(
+    recording: &Recording,
+    channels: &[&Channel],
+    inputs: usize,
+    study: &FrfStudy,
+    request: ResolutionRequest,
+) -> Result<EstimatedResponses, Error> {
+    let options = welch_options(recording, study)?;
+    let places: Vec<usize> = (0..channels.len()).collect();
+    let (ins, outs) = places.split_at(inputs);
+    let mut estimator = WelchEstimator::new(
+        recording.rate_hz,
+        channels.len(),
+        &frf::required_pairs(ins, outs),
+        &options,
+    )?;
+    sample_blocks::for_each_block(recording, channels, |block, ends| {
+        estimator.push(block);
+        if ends {
+            estimator.end_segment();
+        }
+    })?;
+    let spectra = estimator.finish()?;
+    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
+    const BAND_EDGE_SHARE: f64 = 0.95;
+    let (lines, top) = (
+        &spectra.frequency_hz,
+        BAND_EDGE_SHARE * recording.rate_hz / 2.0,
+    );
+    let whole = lines.get(3).map(|&low| (low, top)).filter(|b| b.0 < b.1);
+    let driven = excited_band::of_inputs(&spectra, ins).map(|(low, high)| match whole {
+        Some((least, most)) => (low.max(least).min(most), high.min(most)),
+        None => (low, high),
+    });
+    let usable_hz = driven.or(whole);
+    let mut how_driven = String::new();
+    if let (None, Some((low, high))) = (request.band_hz, driven.filter(|_| driven != whole)) {
+        how_driven = format!(
+            "; the input has power, within {:.0} dB of its plateau, from {low:.4} to {high:.4} Hz",
+            -10.0 * excited_band::PLATEAU_POWER_SHARE.log10()
+        );
+    }
+    let band = request.band_hz.or(usable_hz).filter(|_| study.is_default());
+    let average = || frf::estimate(&spectra, ins, outs, study.estimator);
+    // Few neighbouring lines tell no more than that coherent inputs are not distinguished; an average says on which lines they
+    // are.
+    let known = if inputs > 1 { Some(average()?) } else { None };
+    let are_apart = |band: &(f64, f64)| {
+        let inside = |&k: &usize| (band.0..=band.1).contains(&spectra.frequency_hz[k]);
+        known
+            .as_ref()
+            .is_none_or(|known| !known.undetermined_lines.iter().any(inside))
+    };
+    let local = match band.filter(are_apart) {
+        Some(band) => estimate_local(
+            recording,
+            channels,
+            inputs,
+            band,
+            request.frequency_resolution_hz,
+        )?,
+        None => None,
+    };
+    if let Some(LocalEstimate {
+        estimate,
+        method_text: how,
+        finest_resolution_hz: nearest_hz,
+        smearing_limit_lines: smeared_lines,
+    }) = local
+    {
+        return Ok(EstimatedResponses {
+            responses: FrequencyResponses {
+                usable_band_hz: usable_hz,
+                independent_lines_per_line: Some(1.0),
+                ..estimate.to_frequency_responses(&channel_labels(channels))
+            },
+            method_text: how + &how_driven,
+            hits: Vec::new(),
+            by_hit: Vec::new(),
+            has_unresolved_pulses: false,
+            finest_resolution_hz: Some(nearest_hz),
+            smearing_limit_lines: smeared_lines,
+            diagnostics: estimate.diagnostics,
+            spectra: Some(spectra),
+        });
+    }
+    let estimate = known.map_or_else(average, Ok)?;
+    let name = match study.estimator {
+        Estimator::H1 => "H1",
+        Estimator::H2 => "H2",
+        Estimator::Hv => "Hv",
+    };
+    let how = format!(
+        "{name}, {} blocks of {:.4} s ({} window, {:.0} % overlap): {:.1} independent averages, {:.4} Hz lines{how_driven}",
+        spectra.blocks,
+        options.block as f64 / recording.rate_hz,
+        options.window.name(),
+        100.0 * options.overlap,
+        estimate.averages,
+        recording.rate_hz / options.block as f64
+    );
+    Ok(EstimatedResponses {
+        responses: FrequencyResponses {
+            usable_band_hz: usable_hz,
+            independent_lines_per_line: Some(independent_lines_per_line(options.window)),
+            ..estimate.to_frequency_responses(&channel_labels(channels))
+        },
+        method_text: how,
+        hits: Vec::new(),
+        by_hit: Vec::new(),
+        has_unresolved_pulses: false,
+        finest_resolution_hz: None,
+        smearing_limit_lines: WINDOW_SMEARING_LINES,
+        diagnostics: estimate.diagnostics,
+        spectra: Some(spectra),
+    })
+}
+
+/// Blocks, window and overlap: as requested, else from the length of the record.
+///
+/// # Errors
+/// A resolution that no stretch can give, an overlap without sense.
+pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOptions, Error> {
+    let longest = recording
+        .segments
+        .iter()
+        .map(|s| s.len())
+        .max()
+        .unwrap_or(0);
+    let block = match study.frequency_resolution_hz {
+        Some(df) => {
+            let block = (recording.rate_hz / df).round();
+            if !(block >= 8.0 && block <= longest as f64) {
+                let message = format!(
+                    "lines of {df} Hz need blocks of {block:.0} samples; the longest segment has {longest}"
+                );
+                let hint = format!(
+                    "request at least {:.6} Hz",
+                    recording.rate_hz / longest.max(1) as f64
+                );
+                return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            }
+            block as usize
+        }
+        None => {
+            let blocks = |block: usize| -> usize {
+                recording.segments.iter().map(|s| s.len() / block).sum()
+            };
+            let mut block = MAX_DEFAULT_BLOCK;
+            while block > MIN_DEFAULT_BLOCK && blocks(block) < MIN_DEFAULT_BLOCKS {
+                block /= 2;
+            }
+            if longest < MIN_SAMPLES {
+                let message = format!(
+                    "the longest segment of {} has {}: no block of them has a spectrum",
+                    recording.path,
+                    pluralise(longest, "sample")
+                );
+                return Err(Error::new(Code::TooShort, message)
+                    .with_hint("take a longer record, or bridge short gaps: --fill-gaps"));
+            }
+            block.min(longest)
+        }
+    };
+    Ok(WelchOptions {
+        block,
+        overlap: study.overlap.unwrap_or(0.5),
+        window: study.window.unwrap_or(Window::Hann),
+        ..WelchOptions::default()
+    })
+}
+
+/// Independent lines' worth of noise in a line under a window: 1/Σ|ρ_m|² over the correlations of neighbours.
+pub(super) fn independent_lines_per_line(window: Window) -> f64 {
+    const SAMPLES: usize = 256;
+    const REACH: usize = 12;
+    let w = window.samples(SAMPLES);
+    let own = line_correlation(&w, 0).norm();
+    let sum: f64 = (1..=REACH)
+        .map(|m| (line_correlation(&w, m).norm() / own).powi(2))
+        .sum();
+    1.0 / (1.0 + 2.0 * sum)
+}
