@@ -263,6 +263,7 @@ fn correction(file: &BevelFile, rows: &mut Vec<Row>) -> Value {
             section,
             deviations: nodes.iter().map(deviation).collect(),
             nodes,
+            roots: Vec::new(),
         }
     };
     let problem = CorrectionProblem {

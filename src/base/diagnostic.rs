@@ -520,6 +520,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The result omits terms of the machine: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
     ),
     (
+        "contact-loss",
+        Warning,
+        "The linear responses of a run-up give a mesh a larger oscillating force than the mean loads: its teeth would part there, which the responses do not follow. State the backlash and simulate, or follow the speeds by --harmonic-balance.",
+    ),
+    (
         "undamped",
         Warning,
         "The machine has no damping, so that its response at a natural frequency is infinite and no peak has a height.",
@@ -705,6 +710,31 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "large-change",
         Warning,
         "A setting of the next cut would change by far more than errors of a machine explain. Check member, flank and units, or free fewer settings.",
+    ),
+    (
+        "no-better",
+        Warning,
+        "On the steps of its dials the next cut would leave deviations no smaller than the measured ones: leave the settings, take finer steps, or free other settings.",
+    ),
+    (
+        "other-flank",
+        Warning,
+        "One flank is measured, and the machine cuts the other one at the same settings: it moves with the correction, by how much the grid does not tell. Measure both flanks.",
+    ),
+    (
+        "slot-depth",
+        Warning,
+        "The settings of the next cut make the slot deeper or shallower by more than a hundredth of the depth of the tooth, so that root, clearance and the height at which the blade ends change. A wanted ease-off holds the depth of the present settings to about a tenth as strictly as the flank.",
+    ),
+    (
+        "outlier",
+        Warning,
+        "A measured deviation departs from the median of those around it by more than twelve times what is usual in the grid, and by more than 5 µm: dirt, or a wrong digit. It pulls the settings. Measure the node again, or leave it out.",
+    ),
+    (
+        "narrow-grid",
+        Warning,
+        "The nodes of a grid span less than a quarter of the face or of the height: deviations along it are not known. Measure a grid over the whole flank, such as 5 × 9 nodes.",
     ),
     (
         "nodes-off-flank",

@@ -30,6 +30,8 @@ pub mod exact_constraints;
 
 pub mod vector_ops;
 
+pub mod integer_least_squares;
+
 mod pivoted_qr;
 
 mod rank_revealing;

@@ -52,6 +52,7 @@ impl Presentation for CorrectionReport {
                 "largest_before_um": 1e6 * before.largest,
                 "rms_after_um": 1e6 * after.rms,
                 "largest_after_um": 1e6 * after.largest,
+                "deeper_um": result.depths[f].map(|depths| depths.map(|x| 1e6 * x)),
             })
         };
         let direction = |k: usize| {
@@ -82,6 +83,7 @@ impl Presentation for CorrectionReport {
         let mut text = title_lines(&self.title);
         text += &self.dial_table().text();
         text += &format!("\n{}", self.deviation_table().text());
+        text += &format!("\n{}", self.depth_table().text());
         if let Some(contact) = &self.result.contact {
             text += &format!("\n{}", contact_table(contact).text());
         }
@@ -171,7 +173,8 @@ impl CorrectionReport {
         let mut rows = Vec::new();
         for (f, dials) in result.dials.iter().enumerate() {
             for dial in dials {
-                let is_shared = result.is_one_setting && !dial.is_of_cutter();
+                let is_shared =
+                    (result.is_one_setting || result.moves_other) && !dial.is_of_cutter();
                 if is_shared && f > 0 {
                     continue;
                 }
@@ -230,6 +233,20 @@ impl CorrectionReport {
                 micrometres(before.largest),
                 micrometres(after.rms),
                 micrometres(after.largest),
+            ]);
+        }
+        table
+    }
+
+    fn depth_table(&self) -> Table<'static> {
+        let mut table = Table::named("slot, deeper by|toe [mm]|middle [mm]|heel [mm]");
+        for (side, depths) in self.result.sides.iter().zip(&self.result.depths) {
+            let depth = |k: usize| or_dash(depths.map(|d| d[k]), |x| format!("{:+.3}", 1e3 * x));
+            table.row([
+                format!("by the blade of the {} flank", SIDES[*side]),
+                depth(0),
+                depth(1),
+                depth(2),
             ]);
         }
         table

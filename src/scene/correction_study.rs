@@ -134,7 +134,13 @@ pub fn correction(f: &mut TableReader) -> CorrectionStudy {
 
 fn settings(f: &mut TableReader) -> Vec<Setting> {
     let mut all = Vec::new();
-    for name in f.texts("settings") {
+    let names = f.texts("settings");
+    if names.is_empty() && f.has("settings") {
+        let message = "`settings` names none";
+        let hint = "name settings that may be changed, or leave `settings` out";
+        f.report_key(Code::OutOfRange, "settings", message, hint);
+    }
+    for name in names {
         let known = SETTINGS.iter().find(|(word, _)| *word == name);
         let Some((_, settings)) = known else {
             let words = || SETTINGS.iter().map(|(word, _)| *word);

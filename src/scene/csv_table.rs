@@ -84,13 +84,15 @@ impl CsvTable {
             let row = cells(text);
             for ((column, scale), values) in found.iter().zip(&mut columns) {
                 let cell = row.get(*column).copied().unwrap_or("");
-                let number: Option<f64> = cell.parse().ok().filter(|x: &f64| x.is_finite());
+                // Commas are left in cells between semicolons alone, as decimal signs.
+                let number: Option<f64> = cell.replace(',', ".").parse().ok();
+                let number = number.filter(|x| x.is_finite());
                 let Some(number) = number else {
                     let message = format!("\"{}\" is not a number", truncate(cell));
                     return Err(Error::new(Code::NotANumber, message)
                         .with_span(&at(place))
                         .with_hint(
-                            "write numbers with a decimal point, columns separated by commas",
+                            "write columns separated by commas and numbers with a decimal point, or semicolons and decimal commas",
                         )
                         .into());
                 };

@@ -145,7 +145,12 @@ pub fn cut(f: &mut TableReader) -> Option<CutStudy> {
             step.to_degrees(),
             LARGEST_STEP.to_degrees()
         );
-        let hint = "lower `cradle_speed`, or take more `blades` or a higher `cutter_speed`";
+        let hint = match step > 0.0 {
+            true => "lower `cradle_speed`, or take more `blades` or a higher `cutter_speed`",
+            false => {
+                "give the speed of the cradle in the cut; without a roll leave `cradle_speed` out"
+            }
+        };
         f.report_key(Code::OutOfRange, "cradle_speed", message, hint);
     }
     Some(study)

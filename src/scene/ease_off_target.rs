@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::base::code::Code;
 use crate::base::error::Errors;
 use crate::base::error_collector::{ErrorCollector, ValueRange};
 use crate::base::quantity_kind::QuantityKind;
@@ -76,6 +77,22 @@ const NOTHING: EaseOffTarget = EaseOffTarget {
 };
 
 fn ease_off(f: &mut TableReader) -> EaseOffTarget {
+    let keys = [
+        "lengthwise_crowning",
+        "profile_crowning",
+        "twist",
+        "te_parabola",
+    ];
+    if !keys.iter().any(|key| f.has(key)) {
+        let span = f.span.clone();
+        let hint = "give at least one; 0 for the flank that is conjugate to the gear";
+        f.report(
+            Code::MissingKey,
+            format!("{} has none of {}", f.title, keys.join(", ")),
+            &span,
+            hint,
+        );
+    }
     let mut gap = |key| f.optional_quantity(key, QuantityKind::Length, GAP);
     let lengthwise_crowning = gap("lengthwise_crowning").unwrap_or(0.0);
     let profile_crowning = gap("profile_crowning").unwrap_or(0.0);

@@ -77,8 +77,10 @@ pub(super) fn lines(source: &SourceFile) -> impl Iterator<Item = (usize, &str)> 
     })
 }
 
+/// Cells of a line, separated by semicolons where it has any, else by commas.
 pub(super) fn cells(text: &str) -> Vec<&str> {
-    text.split(',')
+    let separator = if text.contains(';') { ';' } else { ',' };
+    text.split(separator)
         .map(|c| c.trim().trim_matches('"'))
         .collect()
 }

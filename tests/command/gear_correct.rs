@@ -78,7 +78,7 @@ fn law_default_settings_correct_the_flank() {
     assert!(text.contains("settings of the next cut") && text.contains("not corrected"));
 }
 
-/// Deviations, measured points, and measured points with normals into the metal are one grid.
+/// Deviations, measured points, measured points with normals into the metal, and decimal commas are one grid.
 #[test]
 fn law_forms_of_a_grid_agree() {
     let folder = tempfile::tempdir().unwrap();
@@ -113,8 +113,10 @@ fn law_forms_of_a_grid_agree() {
         ["radial_distance", "machine_root_angle", "cradle_over_work"].map(|key| change(&found, key))
     };
     let expected = answer("a.csv", &deviations);
-    for (name, text) in ["b.csv", "c.csv"].iter().zip(&points) {
-        let found = answer(name, text);
+    let [outward, inward] = points;
+    let semicolons = deviations.replace(',', ";").replace('.', ",");
+    for (name, text) in [("b.csv", outward), ("c.csv", inward), ("d.csv", semicolons)] {
+        let found = answer(name, &text);
         for (a, b) in expected.iter().zip(&found) {
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{expected:?} {found:?}");
         }
@@ -200,4 +202,79 @@ fn law_target_changes_the_contact() {
     assert!(text.contains("unloaded contact"));
     let (_, gear) = refusal(&[&command[..], &["--member", "gear"]].concat());
     assert!(gear.contains("the gear is not changed"), "{gear}");
+}
+
+/// Dials in steps of 0.05 mm make up for each other's rounding: of 0.2 µm that all settings together leave, less than three times as much; each by itself
+/// rounded they leave micrometres.
+#[test]
+fn law_coarse_dials_are_set_together() {
+    let rms = |step: &str| {
+        let found = correct(GRID, &["--length-step", step]);
+        for row in found["correct"]["settings"].as_array().unwrap() {
+            let steps = number(&row["change"]) / number(&row["step"]);
+            assert!((steps - steps.round()).abs() < 1e-6, "{row}");
+        }
+        number(&found["correct"]["flanks"][0]["rms_after_um"])
+    };
+    let [fine, coarse] = ["0.0001 mm", "0.05 mm"].map(rms);
+    assert!(fine < 0.25 && coarse < 3.0 * fine, "{fine} {coarse}");
+}
+
+/// The slot keeps its depth where an ease-off is wanted, so that the flank it gets is one that `gear` cuts; an ease-off beyond the blade is refused.
+#[test]
+fn law_target_keeps_the_slot() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = |crowning: &str| {
+        let text = format!(
+            "[ease_off]\nlengthwise_crowning = \"{crowning}\"\nprofile_crowning = \"12 µm\"\n"
+        );
+        let target = put(folder.path(), "target.toml", &text);
+        document(&[
+            "gear",
+            "correct",
+            NASA,
+            "--target",
+            target.to_str().unwrap(),
+            "--json",
+        ])
+    };
+    for crowning in ["60 µm", "-60 µm"] {
+        let found = found(crowning);
+        let flank = &found["correct"]["flanks"][0];
+        for depth in numbers(&flank["deeper_um"]) {
+            assert!(depth.abs() < 40.0, "{crowning}: {}", flank["deeper_um"]);
+        }
+    }
+}
+
+/// What a grid or a target does not say is not guessed.
+#[test]
+fn refuses_what_a_grid_does_not_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = std::fs::read_to_string(GRID).unwrap();
+    let run = |name: &str, text: &str, flag: &str| {
+        let path = put(folder.path(), name, text);
+        let (code, out, error) = said(&["gear", "correct", NASA, flag, path.to_str().unwrap()]);
+        (code, format!("{out}{error}"))
+    };
+    let (code, text) = run(
+        "mm.csv",
+        &read.replace("deviation [µm]", "deviation [mm]"),
+        "--measured",
+    );
+    assert!(
+        code == Some(2) && text.contains("mm.csv:3") && text.contains("check the unit"),
+        "{text}"
+    );
+    let wrong = read.replace("66.2828,22.1213,15.2", "66.2828,22.1213,515.2");
+    let (code, text) = run("dirt.csv", &wrong, "--measured");
+    assert!(
+        code == Some(0) && text.contains("line 3: a deviation of 515.2 µm"),
+        "{text}"
+    );
+    let (code, text) = run("none.toml", "[ease_off]\n", "--target");
+    assert!(
+        code == Some(2) && text.contains("none.toml:1") && text.contains("te_parabola"),
+        "{text}"
+    );
 }

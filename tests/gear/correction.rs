@@ -8,6 +8,7 @@ use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
 use geardyn::internals::gear::cut::correction::{CorrectionProblem, Unknown};
 use geardyn::internals::gear::cut::dial::{Dial, DialSteps};
 use geardyn::internals::gear::cut::measured_flank::{FlankNode, MeasuredFlank};
+use geardyn::internals::gear::cut::root_point::RootPoint;
 use geardyn::internals::gear::cut::sensitivity::MachineChain;
 use geardyn::internals::gear::cut::setting::{FlankSetup, Setting, SettingKind};
 use geardyn::internals::gear::cut::shapes::shape_rests;
@@ -171,6 +172,7 @@ fn ref_settings_from_a_measured_grid() {
             section,
             nodes: rows.iter().map(node).collect(),
             deviations: rows.iter().map(|row| 1e-6 * row[2]).collect(),
+            roots: Vec::new(),
         }],
         unknowns: unknowns(&freed),
         least: 0.0,
@@ -227,6 +229,7 @@ fn exact_settings_are_recovered() {
             section,
             deviations: distances(&nodes, &wrong, Hand::Right, section),
             nodes,
+            roots: Vec::new(),
         }],
         unknowns: unknowns(&changes.map(|(setting, _)| setting)),
         least: 0.0,
@@ -285,6 +288,7 @@ fn law_five_directions_are_seen() {
             section,
             deviations: distances(&nodes, &wrong, Hand::Right, section),
             nodes,
+            roots: Vec::new(),
         }],
         unknowns: unknowns(&freed),
         least: 5e-8,
@@ -350,6 +354,7 @@ fn exact_flanks_of_one_setting() {
             section,
             deviations: distances(&nodes, &wrong, hand, section),
             nodes,
+            roots: Vec::new(),
         }
     };
     let unknown = |setting: Setting, flanks: &[usize]| Unknown {
@@ -462,4 +467,36 @@ fn law_nodes_are_those_of_the_grid() {
     let node = FlankNode::of(&flank, section.at(0.5, 0.5), middle).unwrap();
     let apart = node.point.coordinates - grid.node(1, 1).unwrap().point.point.coordinates;
     assert!(apart.norm() < 1e-15);
+}
+
+/// A sliding base moves the tip plane along its normal, so that the slot becomes shallower by as much everywhere; a root angle tilts it. Heights are the least
+/// over a fine grid of the roll.
+#[test]
+fn exact_depth_of_the_slot() {
+    let (pinion, hand, section) = pinion();
+    let roots = RootPoint::of(&pinion.flank(hand, section)).unwrap();
+    let deeper = |setting: Setting, by: f64| {
+        roots.map(|root| root.deeper_by(&pinion.changed(setting, by), hand).unwrap())
+    };
+    for depth in deeper(Setting::SlidingBase, 1e-4) {
+        within("sliding base, m", (depth + 1e-4).abs(), 1e-12);
+    }
+    let [toe, middle, heel] = deeper(Setting::MachineRootAngle, 1e-3);
+    let face = section.at(1.0, 0.0)[0] - section.at(0.0, 0.0)[0];
+    let along_root = face / pinion.machine.machine_root_angle.cos();
+    within(
+        "root angle, share of its depth",
+        ((heel - toe).abs() / (1e-3 * along_root) - 1.0).abs(),
+        0.02,
+    );
+    assert!((heel - middle) * (middle - toe) > 0.0);
+    let motion = pinion.machine.motion(hand);
+    for root in &roots {
+        let height = |k: i32| {
+            let pose = motion.at(f64::from(k) * 1e-4).pose;
+            pose.inverse().apply(root.point.coordinates).z
+        };
+        let least = (-5000..=5000).map(height).fold(f64::INFINITY, f64::min);
+        within("height, m", (root.height - least).abs(), 1e-9);
+    }
 }

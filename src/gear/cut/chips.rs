@@ -86,7 +86,7 @@ pub struct ChipPlace {
 /// The chips of a slot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chips {
-    /// Passes of blades through the slot.
+    /// Passes that cut a chip.
     pub passes: usize,
     /// Places pass by pass, from one before the first chip to one behind the last.
     pub places: Vec<ChipPlace>,
@@ -154,14 +154,14 @@ impl ChipCutter {
             return Err(NoChips::NotInBlank);
         }
         let blades = i64::from(self.feed.blades);
-        let mut all: Vec<ChipPlace> = Vec::new();
+        let (mut all, mut with_chips) = (Vec::<ChipPlace>::new(), 0);
         for pass in start + 1..end {
-            let passes = pass - start - 1;
+            let before = pass - start - 1;
             let place = |theta: &f64| ChipPlace {
-                pass: passes as usize + 1,
+                pass: before as usize + 1,
                 blade: pass.rem_euclid(blades) as usize,
                 cradle: self.turn(pass, *theta),
-                head: passes as f64 * TAU / blades as f64 + theta - from,
+                head: before as f64 * TAU / blades as f64 + theta - from,
                 theta: theta - 0.5 * (from + to),
                 chip: self.chip(pass, *theta),
             };
@@ -173,11 +173,12 @@ impl ChipCutter {
             );
             if let (Some(first), Some(last)) = ends {
                 all.extend(&places[first.saturating_sub(1)..PLACES.min(last + 2)]);
+                with_chips += 1;
             }
         }
         let step = (to - from) / PLACES as f64;
         Ok(Chips {
-            passes: (end - start - 1) as usize,
+            passes: with_chips,
             volume: all.iter().map(|p| p.chip.volume * step).sum(),
             places: all,
         })

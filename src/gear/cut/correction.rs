@@ -6,6 +6,7 @@
 
 use super::linear_system::LinearSystem;
 use super::measured_flank::{FlankNode, MeasuredFlank};
+use super::root_point::TipPass;
 use super::sensitivity::MachineChain;
 use super::setting::{FlankSetup, Setting};
 use crate::base::code::Code;
@@ -52,6 +53,8 @@ pub struct CorrectionFit {
     pub rests: Vec<Vec<Option<f64>>>,
     /// Sensitivities at the settings of the start.
     pub nominal: LinearSystem,
+    /// Sensitivities at the found settings.
+    pub found: LinearSystem,
     /// Directions used.
     pub kept: usize,
     /// Steps taken.
@@ -70,6 +73,9 @@ const LARGEST_STEP: f64 = 6.0;
 const HALVINGS: usize = 8;
 /// Root mean square that rounding may add, m.
 const ROUNDING: f64 = 1e-13;
+/// Weight of a change of the slot's depth next to a deviation of the flank: depths are held to hundredths of a millimetre, flanks to
+/// micrometres.
+const ROOT_WEIGHT: f64 = 0.1;
 
 /// One flank at trial settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,6 +96,29 @@ struct Hit {
     rest: f64,
 }
 
+/// Where a trial meets the nodes, and passes over the root.
+#[derive(Debug, Clone, PartialEq)]
+struct Meetings {
+    hits: Vec<Hit>,
+    /// Index of the flank, pass, and weighted rest of its height, m.
+    passes: Vec<(usize, TipPass, f64)>,
+}
+
+impl Meetings {
+    fn rests(&self) -> Vec<f64> {
+        let of_nodes = self.hits.iter().map(|hit| hit.rest);
+        of_nodes
+            .chain(self.passes.iter().map(|pass| pass.2))
+            .collect()
+    }
+
+    /// Root of the sum of squares over the number of nodes.
+    fn rms(&self) -> f64 {
+        let squares: f64 = self.rests().iter().map(|x| x * x).sum();
+        (squares / self.hits.len().max(1) as f64).sqrt()
+    }
+}
+
 impl CorrectionProblem {
     /// Settings within the problem's whose flanks have the deviations as nearly as the directions shown by the flank allow.
     ///
@@ -101,17 +130,16 @@ impl CorrectionProblem {
             turn: 0.0,
         };
         let mut trials: Vec<Trial> = self.flanks.iter().map(start).collect();
-        let mut hits = self.hits(&trials, None);
-        self.check(&hits)?;
-        let nominal = self.system(&trials, &hits)?;
+        let mut met = self.meet(&trials, None);
+        self.check(&met.hits)?;
+        let nominal = self.system(&trials, &met)?;
         let kept = nominal.seen(self.least);
         let mut system = nominal.clone();
         let mut changes = vec![0.0; self.unknowns.len()];
         let (mut steps, mut is_converged) = (0, false);
         while steps < STEPS && !is_converged {
             steps += 1;
-            let rests: Vec<f64> = hits.iter().map(|hit| hit.rest).collect();
-            let step = system.step(&rests, kept.min(rests.len()));
+            let step = system.step(&met.rests(), kept.min(met.hits.len()));
             let largest = step.changes.iter().fold(0f64, |most, x| most.max(x.abs()));
             let cut = if largest > LARGEST_STEP {
                 LARGEST_STEP / largest
@@ -122,9 +150,10 @@ impl CorrectionProblem {
             let moved = (0..HALVINGS).find_map(|halving| {
                 let share = cut * 0.5f64.powi(halving as i32);
                 let next = self.stepped(&trials, &step.changes, &step.turns, share);
-                let found = self.hits(&next, Some(&hits));
-                let is_better =
-                    2 * found.len() >= self.count() && rms(&found) <= rms(&hits) + ROUNDING;
+                let found = self.meet(&next, Some(&met.hits));
+                let is_better = 2 * found.hits.len() >= self.count()
+                    && found.passes.len() == met.passes.len()
+                    && found.rms() <= met.rms() + ROUNDING;
                 is_better.then_some((share, next, found))
             });
             let Some((share, next, found)) = moved else {
@@ -135,15 +164,15 @@ impl CorrectionProblem {
             {
                 *change += share * by * unknown.reach;
             }
-            (trials, hits) = (next, found);
-            system = self.system(&trials, &hits)?;
+            (trials, met) = (next, found);
+            system = self.system(&trials, &met)?;
         }
         let mut rests: Vec<Vec<Option<f64>>> = self
             .flanks
             .iter()
             .map(|f| vec![None; f.nodes.len()])
             .collect();
-        for hit in &hits {
+        for hit in &met.hits {
             rests[hit.node[0]][hit.node[1]] = Some(hit.rest);
         }
         Ok(CorrectionFit {
@@ -152,6 +181,7 @@ impl CorrectionProblem {
             changes,
             rests,
             nominal,
+            found: system,
             kept,
             steps,
             is_converged,
@@ -191,9 +221,11 @@ impl CorrectionProblem {
         next
     }
 
-    /// Hits of all rays, from those of other trials where there are any; where a trial flank is undercut or ends it has none.
-    fn hits(&self, trials: &[Trial], before: Option<&[Hit]>) -> Vec<Hit> {
+    /// Hits of all rays, from those of other trials where there are any, and passes over the root; where a trial flank is undercut or ends
+    /// it has none.
+    fn meet(&self, trials: &[Trial], before: Option<&[Hit]>) -> Meetings {
         let mut hits = Vec::with_capacity(self.count());
+        let mut passes = Vec::new();
         for (f, (flank, trial)) in self.flanks.iter().zip(trials).enumerate() {
             let envelope = trial.envelope(flank);
             for (k, node) in flank.nodes.iter().enumerate() {
@@ -208,34 +240,51 @@ impl CorrectionProblem {
                     });
                 }
             }
+            for root in &flank.roots {
+                let pass = root.pass(&trial.setup, flank.hand, trial.turn);
+                passes.extend(pass.map(|pass| {
+                    let rest = ROOT_WEIGHT * (root.height - pass.height);
+                    (f, pass, rest)
+                }));
+            }
         }
-        hits
+        Meetings { hits, passes }
     }
 
-    /// Sensitivities at the hits.
+    /// Sensitivities at the hits and of the passes.
     ///
-    /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`.
-    fn system(&self, trials: &[Trial], hits: &[Hit]) -> Result<LinearSystem, Error> {
-        let mut columns = Matrix::zeros(hits.len(), self.unknowns.len());
-        let mut turns = Matrix::zeros(hits.len(), self.flanks.len());
-        for (i, hit) in hits.iter().enumerate() {
-            let [f, k] = hit.node;
-            let (flank, trial) = (&self.flanks[f], &trials[f]);
-            let node = &flank.nodes[k];
-            let slope = 1.0 / hit.normal.dot(node.normal.components);
-            let [s, theta, x] = hit.at;
-            let chain = MachineChain::at(&trial.setup, flank.hand, x);
+    /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`; a point of the root comes nearer to the tip plane of
+    /// normal n by `n·∂r/∂p`.
+    fn system(&self, trials: &[Trial], met: &Meetings) -> Result<LinearSystem, Error> {
+        let count = met.hits.len() + met.passes.len();
+        let mut columns = Matrix::zeros(count, self.unknowns.len());
+        let mut turns = Matrix::zeros(count, self.flanks.len());
+        let mut row = |i: usize, f: usize, normal: Vector, factor: f64, [s, theta, x]: [f64; 3]| {
+            let trial = &trials[f];
+            let chain = MachineChain::at(&trial.setup, self.flanks[f].hand, x);
             // The chain ends in the work before its turn.
             let (sin, cos) = trial.turn.sin_cos();
-            let n = hit.normal;
+            let n = normal;
             let normal = Vector::new(cos * n.x + sin * n.y, cos * n.y - sin * n.x, n.z);
             for (j, unknown) in self.unknowns.iter().enumerate() {
                 if unknown.flanks.contains(&f) {
                     let by = chain.displacement(unknown.setting, [s, theta]);
-                    columns[(i, j)] = slope * normal.dot(by) * unknown.reach;
+                    columns[(i, j)] = factor * normal.dot(by) * unknown.reach;
                 }
             }
+        };
+        for (i, hit) in met.hits.iter().enumerate() {
+            let [f, k] = hit.node;
+            let node = &self.flanks[f].nodes[k];
+            let slope = 1.0 / hit.normal.dot(node.normal.components);
+            row(i, f, hit.normal, slope, hit.at);
             turns[(i, f)] = slope * hit.normal.dot(Vector::Z.cross(node.point.coordinates));
+        }
+        for (i, (f, pass, _)) in met.passes.iter().enumerate() {
+            let ([theta, x], i) = (pass.at, met.hits.len() + i);
+            row(i, *f, pass.normal, -ROOT_WEIGHT, [0.0, theta, x]);
+            let about_work = Vector::Z.cross(pass.point);
+            turns[(i, *f)] = -ROOT_WEIGHT * pass.normal.dot(about_work);
         }
         LinearSystem::new(columns, turns)
     }
@@ -269,8 +318,3 @@ fn meet(envelope: &Flank, node: &FlankNode, start: [f64; 3]) -> Option<([f64; 3]
 
 /// Least cosine between the normals of a node and of the flank that its ray meets.
 const LEAST_COSINE: f64 = 0.5;
-
-fn rms(hits: &[Hit]) -> f64 {
-    let squares: f64 = hits.iter().map(|hit| hit.rest * hit.rest).sum();
-    (squares / hits.len().max(1) as f64).sqrt()
-}

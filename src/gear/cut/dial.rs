@@ -44,6 +44,18 @@ impl Dial {
         }
     }
 
+    /// Whether it shows a setting, by itself or with other dials.
+    pub fn shows(self, setting: Setting) -> bool {
+        match self {
+            Dial::Setting(shown) => shown == setting,
+            Dial::EccentricAngle { .. } => setting == Setting::RadialDistance,
+            Dial::Tilt | Dial::Swivel => {
+                matches!(setting, Setting::TiltCosine | Setting::TiltSine)
+            }
+            Dial::CradleOverWork => setting == Setting::Ratio,
+        }
+    }
+
     /// Whether it is a dimension of the cutter.
     pub fn is_of_cutter(self) -> bool {
         matches!(self, Dial::Setting(setting) if setting.is_of_cutter())
@@ -71,15 +83,8 @@ impl Dial {
         }
     }
 
-    /// The setup with the dial moved by whole steps from what it shows at another.
-    pub fn rounded(
-        self,
-        mut setup: FlankSetup,
-        from: &FlankSetup,
-        steps: &DialSteps,
-    ) -> FlankSetup {
-        let (step, start) = (self.step(steps), self.value(from));
-        let value = start + ((self.value(&setup) - start) / step).round() * step;
+    /// The setup with the dial at a value, m, rad or a bare number.
+    pub fn set(self, mut setup: FlankSetup, value: f64) -> FlankSetup {
         match self {
             Dial::Setting(setting) => return setup.with(setting, value),
             Dial::EccentricAngle { machine_constant } => {

@@ -69,6 +69,17 @@ impl LinearSystem {
         values.iter().filter(|value| **value > least).count()
     }
 
+    /// Displacements of the rows by changes of settings in their reach, without turns, m.
+    pub fn displacements(&self, changes: &[f64]) -> Vec<f64> {
+        let mut moved = vec![0.0; self.columns.nrows()];
+        for (j, change) in changes.iter().enumerate() {
+            let column = self.columns.col_as_slice(j);
+            (moved.iter_mut().zip(column)).for_each(|(m, c)| *m += change * c);
+        }
+        project_out(&self.turns, &mut moved);
+        moved
+    }
+
     /// The change of settings along the first `kept` directions and the turns that leave least of `deviations`.
     pub fn step(&self, deviations: &[f64], kept: usize) -> LeastSquaresStep {
         let mut free = deviations.to_vec();
@@ -105,6 +116,8 @@ impl LinearSystem {
     /// turn.
     pub fn share_left(&self, shape: &[f64], kept: usize) -> Option<f64> {
         let mut free = shape.to_vec();
+        // The slot keeps its depth.
+        free.resize(self.columns.nrows(), 0.0);
         project_out(&self.turns, &mut free);
         let before = dot(&free, &free).sqrt();
         for k in 0..kept {

@@ -1,5 +1,6 @@
 //! Nodes of a flank with their deviations: points and normals of a nominal flank, and how far another flank lies beyond them.
 
+use super::root_point::RootPoint;
 use super::setting::FlankSetup;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::frames::WorkFrame;
@@ -56,6 +57,8 @@ pub struct MeasuredFlank {
     pub nodes: Vec<FlankNode>,
     /// Deviations along the nodes' normals, m: positive where metal is left beyond the node.
     pub deviations: Vec<f64>,
+    /// Points of the root whose height the settings keep; empty where the depth of the slot is free.
+    pub roots: Vec<RootPoint>,
 }
 
 /// Root mean square and largest size of deviations.

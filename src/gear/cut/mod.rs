@@ -6,7 +6,11 @@ pub mod dial;
 
 pub mod sensitivity;
 
+pub mod root_point;
+
 pub mod measured_flank;
+
+pub mod outliers;
 
 pub mod linear_system;
 

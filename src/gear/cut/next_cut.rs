@@ -1,10 +1,11 @@
 //! Settings for the next cut: those of the last one less the changes that explain its deviations, on the steps of the dials.
 
-use super::correction::{CorrectionFit, CorrectionProblem};
+use super::correction::{CorrectionFit, CorrectionProblem, Unknown};
 use super::dial::{Dial, DialSteps};
 use super::measured_flank::MeasuredFlank;
 use super::setting::FlankSetup;
 use crate::base::error::Error;
+use crate::numeric::integer_least_squares::integer_least_squares;
 
 /// Settings of the next cut and what it is expected to leave.
 #[derive(Debug, Clone)]
@@ -36,14 +37,11 @@ impl CorrectionProblem {
             }
             setup
         };
-        let setups: Vec<FlankSetup> = (self.flanks.iter().enumerate())
-            .map(|(f, flank)| {
-                let next = changed(&flank.setup, f, -1.0);
-                dials[f]
-                    .iter()
-                    .fold(next, |setup, dial| dial.rounded(setup, &flank.setup, steps))
-            })
+        let flanks = self.flanks.iter().enumerate();
+        let wanted: Vec<FlankSetup> = flanks
+            .map(|(f, flank)| changed(&flank.setup, f, -1.0))
             .collect();
+        let setups = self.on_steps(fit, &wanted, dials, steps);
         // The machine cuts the next flank with the same errors.
         let as_cut = |(f, flank): (usize, &MeasuredFlank)| MeasuredFlank {
             setup: changed(&setups[f], f, 1.0),
@@ -66,5 +64,71 @@ impl CorrectionProblem {
             deviations: fit.rests.iter().zip(&left.rests).map(sum).collect(),
             setups,
         })
+    }
+
+    /// Wanted settings on the steps of the dials: of all steps those whose flanks are nearest to the wanted ones, so that dials make up for
+    /// each other's rounding.
+    pub fn on_steps(
+        &self,
+        fit: &CorrectionFit,
+        wanted: &[FlankSetup],
+        dials: &[Vec<Dial>],
+        steps: &DialSteps,
+    ) -> Vec<FlankSetup> {
+        let all = self.dials_of_flanks(dials);
+        // A step away from the wanted settings counts like a least displacement of one node.
+        let stay = self.least;
+        let (mut columns, mut offsets) = (Vec::new(), Vec::new());
+        for (i, (dial, flanks)) in all.iter().enumerate() {
+            let (from, setup) = (&self.flanks[flanks[0]].setup, &wanted[flanks[0]]);
+            let (step, value) = (dial.step(steps), dial.value(setup));
+            let next = dial.set(*setup, value + step);
+            let changes: Vec<f64> = (self.unknowns.iter())
+                .map(|unknown| match unknown.flanks == *flanks {
+                    true => {
+                        let of = |setup: &FlankSetup| setup.value(unknown.setting);
+                        (of(&next) - of(setup)) / unknown.reach
+                    }
+                    false => 0.0,
+                })
+                .collect();
+            let mut column = fit.found.displacements(&changes);
+            column.extend((0..all.len()).map(|j| if i == j { stay } else { 0.0 }));
+            columns.push(column);
+            offsets.push((value - dial.value(from)) / step);
+        }
+        let rows = columns.first().map_or(0, Vec::len);
+        let mut target = vec![0.0; rows];
+        for (column, offset) in columns.iter().zip(&offsets) {
+            (target.iter_mut().zip(column)).for_each(|(t, c)| *t += offset * c);
+        }
+        let counts = integer_least_squares(&columns, &target);
+        let mut setups = wanted.to_vec();
+        for ((dial, flanks), count) in all.iter().zip(counts) {
+            let value = dial.value(&self.flanks[flanks[0]].setup) + count * dial.step(steps);
+            for f in flanks {
+                setups[*f] = dial.set(setups[*f], value);
+            }
+        }
+        setups
+    }
+
+    /// Every dial with the flanks that it moves, each once.
+    fn dials_of_flanks(&self, dials: &[Vec<Dial>]) -> Vec<(Dial, Vec<usize>)> {
+        let mut all: Vec<(Dial, Vec<usize>)> = Vec::new();
+        for (f, dials) in dials.iter().enumerate() {
+            for dial in dials {
+                let shows =
+                    |unknown: &&Unknown| unknown.flanks.contains(&f) && dial.shows(unknown.setting);
+                let Some(unknown) = self.unknowns.iter().find(shows) else {
+                    continue;
+                };
+                let one = (*dial, unknown.flanks.clone());
+                if !all.contains(&one) {
+                    all.push(one);
+                }
+            }
+        }
+        all
     }
 }

@@ -36,8 +36,8 @@ pub const TARGET_GRID: [usize; 2] = [5, 9];
 const SHARES: [[f64; 2]; 2] = [[0.12, 0.98], [0.02, 0.98]];
 
 impl EaseOffTarget {
-    /// The pinion of a pair with the deviations that bring it from its conjugate flank to the wanted gap; none where the conjugate flank of the gear does not
-    /// reach the pinion's.
+    /// The pinion of a pair with the deviations that bring it from its conjugate flank to the wanted gap, the depth of its slot free; none where
+    /// the conjugate flank of the gear does not reach the pinion's.
     pub fn on(&self, pair: &FlankPair, setup: FlankSetup, hand: Hand) -> Option<MeasuredFlank> {
         let pinion = &pair.flanks[0];
         let middle = pinion.middle()?;
@@ -90,6 +90,7 @@ impl EaseOffTarget {
             section: pinion.section,
             nodes,
             deviations,
+            roots: Vec::new(),
         })
     }
 

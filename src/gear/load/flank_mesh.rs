@@ -184,7 +184,9 @@ impl<'a> FlankMesh<'a> {
             let mut start: Option<LineLoads> = None;
             let mut loaded = Vec::with_capacity(torques.len());
             for torque in torques.iter().map(|t| t / ratio) {
-                let loads = position.lines.solve(torque, start.as_ref())?;
+                let solve = |start: Option<&LineLoads>| position.lines.solve(torque, start);
+                // Cells that another torque loads may lead astray.
+                let loads = solve(start.as_ref()).or_else(|_| solve(None))?;
                 loaded.push(position.load(&loads, torque, self.teeth));
                 start = Some(loads);
             }

@@ -7,6 +7,11 @@ use super::loaded_lines::{LineLoads, LoadedLines};
 use super::tooth_plate::RootMoment;
 use crate::gear::contact::ridge::RidgePoint;
 
+/// The contact line has a kink where it runs onto an edge, at which the pressure has no bound: strips nearer to an edge that carries than so
+/// many lengths of theirs, or half widths, do not tell the pressure within the flanks.
+const EDGE_STRIPS: f64 = 2.5;
+const EDGE_WIDTHS: f64 = 4.0;
+
 /// Teeth that bend under a force at a place of their section.
 pub trait ToothBending: Sync {
     /// The load on the tooth of a member under a unit force along the normal at `[z, radius]`.
@@ -53,6 +58,11 @@ impl FlankPosition {
         };
         for (k, line) in self.lines.lines.iter().enumerate() {
             let mut share = 0.0;
+            let carries = |i: &usize| line.cells[*i].on_edge && loads.forces[k][*i] > 0.0;
+            let edges: Vec<f64> = (0..line.cells.len())
+                .filter(carries)
+                .map(|i| line.cells[i].along)
+                .collect();
             for (i, cell) in line.cells.iter().enumerate() {
                 let (force, width) = (loads.forces[k][i], loads.widths[k][i]);
                 if !(force > 0.0) {
@@ -79,9 +89,11 @@ impl FlankPosition {
                     width,
                     on_edge: cell.on_edge,
                 });
+                let reach = f64::max(EDGE_STRIPS * cell.length, EDGE_WIDTHS * width);
+                let is_near_edge = edges.iter().any(|edge| (cell.along - edge).abs() < reach);
                 if cell.on_edge {
                     load.edge_share += part;
-                } else if load.pressure.is_none_or(|most| pressure > most) {
+                } else if !is_near_edge && load.pressure.is_none_or(|most| pressure > most) {
                     load.pressure = Some(pressure);
                     let [depth, size] = greatest_shear(aspect.map_or(0.0, f64::recip));
                     load.shear = Some([depth * width, size * pressure]);

@@ -61,7 +61,7 @@ pub struct FlankLoad {
     pub tangent: f64,
     /// Pairs of teeth that can touch, each with its share of the torque.
     pub shares: Vec<(i32, f64)>,
-    /// Greatest pressure within the flanks, Pa; none where edges carry all.
+    /// Greatest pressure within the flanks, away from edges that carry, Pa; none where there is no such place.
     pub pressure: Option<f64>,
     /// Share of the torque on edges, whose pressure has no bound.
     pub edge_share: f64,

@@ -14,6 +14,7 @@ use super::material::Material;
 use super::strip_kernel::StripKernel;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::quantity::format_number;
 use crate::numeric::complementarity::{ContactProblem, ContactSolution};
 use crate::numeric::profile_matrix::ProfileMatrix;
 
@@ -120,7 +121,8 @@ impl LoadedLines {
             active = Some(solution.active);
         }
         let message = format!(
-            "the widths of the contact at {torque} N·m of the driven gear did not settle in {SWEEPS} sweeps"
+            "the widths of the contact at {} N·m of the driven gear did not settle in {SWEEPS} sweeps",
+            format_number(torque)
         );
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("cells shorter than the contact is wide do this: give a smaller torque or fewer stations"))
@@ -271,7 +273,8 @@ pub(super) fn too_wide(error: Error, torque: f64) -> Error {
         return error;
     }
     let message = format!(
-        "the contact at {torque} N·m of the driven gear is too wide for its cells or its teeth"
+        "the contact at {} N·m of the driven gear is too wide for its cells or its teeth",
+        format_number(torque)
     );
     Error::new(Code::OutOfRange, message).with_hint("give a smaller torque or fewer stations")
 }

@@ -161,6 +161,11 @@ pub fn plan(file: &BevelFile) -> StageDecision {
     if file.missing_flank().is_some() {
         return StageDecision::LeftOut("flanks that do not touch carry no load".into());
     }
+    if file.is_conjugate() {
+        return StageDecision::LeftOut(
+            "conjugate flanks have no ridge of least gap: they touch along whole lines".into(),
+        );
+    }
     let has_teeth = file.members.iter().all(|m| m.lacks_tooth().is_none());
     StageDecision::Runs(format!(
         "{} × {} positions × {} stations; {}; steel of 206 GPa{}",

@@ -9,10 +9,14 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::text::pluralise;
+use crate::gear::bevel::settings::Hand;
+use crate::gear::bevel::tooth::SIDES;
+use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::cut::correction::{CorrectionFit, CorrectionProblem, Unknown};
 use crate::gear::cut::dial::Dial;
-use crate::gear::cut::measured_flank::MeasuredFlank;
+use crate::gear::cut::measured_flank::{Deviations, MeasuredFlank};
 use crate::gear::cut::next_cut::NextCut;
+use crate::gear::cut::root_point::RootPoint;
 use crate::gear::cut::setting::{FlankSetup, Setting};
 use crate::gear::cut::shapes::{ShapeRest, shape_rests};
 use crate::plan::decision::StageDecision;
@@ -39,8 +43,12 @@ pub struct CorrectionResult {
     pub next: NextCut,
     /// Dials of each flank.
     pub dials: Vec<Vec<Dial>>,
-    /// Both flanks are cut at one setting of the machine.
+    /// Both flanks are measured and cut at one setting of the machine.
     pub is_one_setting: bool,
+    /// The machine that cuts the measured flank cuts the other one as well.
+    pub moves_other: bool,
+    /// Depth that the next cut adds to the slot at toe, middle and heel, m, by flank; none where the tip plane does not pass there.
+    pub depths: Vec<Option<[f64; 3]>>,
     /// Shapes that no settings take away.
     pub shapes: Vec<ShapeRest>,
     /// Contact of the pair before and after, where an ease-off is wanted.
@@ -132,8 +140,31 @@ pub fn run(
     let before = unchanged.solve().map_err(at_grid)?.rests;
     let dials: Vec<Vec<Dial>> = cuts.iter().map(|cut| dials(&settings, cut)).collect();
     let next = problem.next_cut(&fit, &dials, &study.steps)?;
-    diagnostics.extend(not_converged(&fit));
+    let hint = "check member, flank and sign of the deviations, or free fewer settings";
+    diagnostics.extend(not_converged(&fit, hint));
     diagnostics.extend(large_change(&problem, &fit));
+    diagnostics.extend(nothing_moves(&fit, study.least));
+    diagnostics.extend(no_better(&before, &next));
+    let moves_other = match sides[..] {
+        [side] => of.flanks[1 - side].is_some_and(|other| other.settings == cuts[0].settings),
+        _ => false,
+    };
+    if moves_other {
+        diagnostics.push(Diagnostic {
+            code: "other-flank",
+            message: format!(
+                "the {} flank is cut at the same settings and moves with them: its deviations are not in the grid",
+                SIDES[1 - sides[0]]
+            ),
+            hint: Some("measure both flanks".into()),
+        });
+    }
+    let depth = |(side, setup): (&usize, &FlankSetup)| {
+        let roots = RootPoint::of(&file.flank(member, *side)?);
+        depths(roots.as_ref(), setup, file.hand_of(member))
+    };
+    let depths: Vec<Option<[f64; 3]>> = sides.iter().zip(&next.setups).map(depth).collect();
+    diagnostics.extend(depth_warning(&depths, &of.section, &sides));
     Ok(CorrectionResult {
         shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
         plan: plan(study, &settings, &problem, &fit),
@@ -146,6 +177,8 @@ pub fn run(
         next,
         dials,
         is_one_setting,
+        moves_other,
+        depths,
         contact: None,
         diagnostics,
     })
@@ -189,14 +222,85 @@ pub(super) fn dials(settings: &[Setting], cut: &FlankCut) -> Vec<Dial> {
 }
 
 /// A warning of a search that did not end.
-pub(super) fn not_converged(fit: &CorrectionFit) -> Option<Diagnostic> {
+pub(super) fn not_converged(fit: &CorrectionFit, hint: &str) -> Option<Diagnostic> {
     (!fit.is_converged).then(|| Diagnostic {
         code: "not-converged",
         message: format!(
             "the settings did not settle in {}",
             pluralise(fit.steps, "step")
         ),
-        hint: Some("check member, flank and sign of the deviations, or free fewer settings".into()),
+        hint: Some(hint.into()),
+    })
+}
+
+/// A warning where no direction of settings moves the flank.
+pub(super) fn nothing_moves(fit: &CorrectionFit, least: f64) -> Option<Diagnostic> {
+    (fit.kept == 0).then(|| Diagnostic {
+        code: "not-converged",
+        message: format!(
+            "no combination of the settings moves the flank by more than {} µm rms: nothing is changed",
+            format_number(1e6 * least)
+        ),
+        hint: Some("free other settings by --settings".into()),
+    })
+}
+
+/// A warning of a next cut that is no better than the measured one: the steps of the dials are too coarse.
+fn no_better(before: &[Vec<Option<f64>>], next: &NextCut) -> Option<Diagnostic> {
+    let rms = |all: &[Vec<Option<f64>>]| Deviations::of(&all.concat()).rms;
+    let [now, then] = [rms(before), rms(&next.deviations)];
+    (then >= now).then(|| Diagnostic {
+        code: "no-better",
+        message: format!(
+            "the next cut would have {:.3} µm rms and the measured one has {:.3} µm: leave the settings",
+            1e6 * then,
+            1e6 * now
+        ),
+        hint: Some("take finer steps of the dials, or free other settings".into()),
+    })
+}
+
+/// Depth that settings add to the slot at toe, middle and heel, m.
+pub(super) fn depths(
+    roots: Option<&[RootPoint; 3]>,
+    setup: &FlankSetup,
+    hand: Hand,
+) -> Option<[f64; 3]> {
+    let [toe, middle, heel] = roots?.each_ref().map(|root| root.deeper_by(setup, hand));
+    Some([toe?, middle?, heel?])
+}
+
+/// Change of the slot's depth that is named, as a share of the depth of the tooth.
+const DEPTH_CHANGE: f64 = 0.01;
+
+/// A warning of slots that become deeper or shallower.
+pub(super) fn depth_warning(
+    depths: &[Option<[f64; 3]>],
+    section: &ToothSection,
+    sides: &[usize],
+) -> Option<Diagnostic> {
+    let places = ["toe", "middle", "heel"];
+    let all = depths.iter().zip(sides).flat_map(|(depths, side)| {
+        let of = |(depth, place)| (depth, place, SIDES[*side]);
+        depths
+            .iter()
+            .flatten()
+            .copied()
+            .zip(places)
+            .map(of)
+            .collect::<Vec<_>>()
+    });
+    let (depth, place, side) = all
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+        .filter(|(depth, ..)| depth.abs() > DEPTH_CHANGE * section.depth())?;
+    Some(Diagnostic {
+        code: "slot-depth",
+        message: format!(
+            "the slot becomes {:.3} mm {} at the {place}, by the blade of the {side} flank",
+            1e3 * depth.abs(),
+            if depth > 0.0 { "deeper" } else { "shallower" }
+        ),
+        hint: Some("check clearance and root; hold machine_root_angle and sliding_base out of --settings, or give the blanks another depth".into()),
     })
 }
 

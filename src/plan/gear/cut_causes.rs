@@ -10,7 +10,7 @@ use crate::gear::cut::angle_errors::{AngleError, AngleErrors};
 use crate::gear::cut::blade_passes::CutConditions;
 use crate::gear::cut::cutter_head::BladeFeed;
 use crate::scene::cut_file::CutFile;
-use crate::scene::cut_study::{ChainError, CutTarget};
+use crate::scene::cut_study::{ChainError, CutTarget, SpindleHistory};
 
 /// Name of the cut by regular blades alone.
 pub const REGULAR: &str = "regular blades";
@@ -63,7 +63,8 @@ pub fn of_flank(
             errors.push((name, error.target, law));
         }
         if let (Some(readings), Some(history)) = (&file.history, &study.history) {
-            let law = of_history(file, readings, grid)?;
+            let turns = turns_of(history.target, roll.work_over_cradle, feed);
+            let law = of_history(file, history, readings, (turns, grid))?;
             errors.push((
                 format!("history of the {}", history.target.name()),
                 history.target,
@@ -109,12 +110,16 @@ fn harmonic(error: &ChainError, work_over_cradle: f64, feed: BladeFeed) -> Angle
 
 /// Cycles of an error in a revolution of the cradle.
 pub fn cradle_order(error: &ChainError, work_over_cradle: f64, feed: BladeFeed) -> f64 {
-    error.cycles
-        * match error.target {
-            CutTarget::Cradle => 1.0,
-            CutTarget::Work => work_over_cradle,
-            CutTarget::Cutter => TAU / feed.cradle_per_turn,
-        }
+    error.cycles * turns_of(error.target, work_over_cradle, feed)
+}
+
+/// Turns of a part in a turn of the cradle.
+fn turns_of(target: CutTarget, work_over_cradle: f64, feed: BladeFeed) -> f64 {
+    match target {
+        CutTarget::Cradle => 1.0,
+        CutTarget::Work => work_over_cradle,
+        CutTarget::Cutter => TAU / feed.cradle_per_turn,
+    }
 }
 
 fn add(errors: &mut AngleErrors, target: CutTarget, error: AngleError) {
@@ -125,37 +130,51 @@ fn add(errors: &mut AngleErrors, target: CutTarget, error: AngleError) {
     }
 }
 
-/// A history over the cradle's turn, its middle at φ_c = 0.
+/// Largest difference between the mean speed of a history and that of the part in the cut, as a share of it; a history whose mean speed is
+/// below this share is that of the error alone.
+const SPEED_TOLERANCE: f64 = 0.05;
+
+/// A history over the cradle's turn, its middle at φ_c = 0, ahead in the sense in which the part turns; `turns` are those of the part in a
+/// turn of the cradle.
 fn of_history(
     file: &CutFile,
+    history: &SpindleHistory,
     [times, angles]: &[Vec<f64>; 2],
-    grid: &FlankGrid,
+    (turns, grid): (f64, &FlankGrid),
 ) -> Result<AngleError, Error> {
     let speed = file.study.cradle_speed.unwrap_or_default();
     let duration = times[times.len() - 1] - times[0];
     let middle = times[0] + 0.5 * duration;
-    let turns = grid.nodes.iter().flatten().map(|n| n.point.at[2].abs());
-    let furthest = turns.fold(0.0, f64::max);
+    let rolled = grid.nodes.iter().flatten().map(|n| n.point.at[2].abs());
+    let furthest = rolled.fold(0.0, f64::max);
+    let refused = |message: String, hint: &str| {
+        Err(Error::new(Code::OutOfRange, message)
+            .with_span(&history.span)
+            .with_hint(hint))
+    };
     if 0.5 * duration * speed.abs() < furthest {
         let message = format!(
             "the history lasts {duration:.3} s; the roll over the flank takes {:.3} s about its middle",
             2.0 * furthest / speed.abs()
         );
-        let hint = "simulate for longer, or raise `cradle_speed`";
-        let span = file
-            .study
-            .history
-            .as_ref()
-            .map_or(&file.study.span, |h| &h.span);
-        return Err(Error::new(Code::OutOfRange, message)
-            .with_span(span)
-            .with_hint(hint));
+        return refused(message, "simulate for longer, or raise `cradle_speed`");
     }
     let straight = straight_line(times, angles);
+    let (found, expected) = (straight[1].abs(), (speed * turns).abs());
+    if found > SPEED_TOLERANCE * expected && (found / expected - 1.0).abs() > SPEED_TOLERANCE {
+        let [found, expected] = [found, expected].map(f64::to_degrees);
+        let message = format!(
+            "column `{}` turns at {found:.4} deg/s, and the {} at {expected:.4} deg/s",
+            history.column,
+            history.target.name()
+        );
+        return refused(message, "check `column`, `target` and `cradle_speed`");
+    }
+    let sense = if straight[1] < 0.0 { -1.0 } else { 1.0 };
     let reading = |(t, a): (&f64, &f64)| {
         (
             speed * (t - middle),
-            a - straight[0] - straight[1] * (t - middle),
+            sense * (a - straight[0] - straight[1] * (t - middle)),
         )
     };
     let mut readings: Vec<(f64, f64)> = times.iter().zip(angles).map(reading).collect();

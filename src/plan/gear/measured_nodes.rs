@@ -6,6 +6,7 @@ use crate::base::text::pluralise;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::measured_flank::{FlankNode, MeasuredFlank};
+use crate::gear::cut::outliers::outliers;
 use crate::gear::cut::setting::FlankSetup;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
@@ -84,13 +85,30 @@ pub(super) fn measured(
         .filter(|node| node.side.is_none_or(|s| s == side))
         .collect();
     let (mut nodes, mut deviations, mut lost) = (Vec::new(), Vec::new(), None);
+    let mut on_flank = Vec::new();
     for row in &rows {
+        check_size(row, flank.section.depth())?;
         let Some(node) = FlankNode::of(&flank, row.place, middle) else {
             lost = lost.or(Some(*row));
             continue;
         };
         deviations.push(row.deviation * sign(row, &node, &name)?);
         nodes.push(node);
+        on_flank.push(*row);
+    }
+    let shares: Vec<[f64; 2]> = nodes.iter().map(|node| node.shares).collect();
+    diagnostics.extend(narrow(&shares, &name));
+    for (k, departure) in outliers(&shares, &deviations) {
+        diagnostics.push(Diagnostic {
+            code: "outlier",
+            message: format!(
+                "line {}: a deviation of {:.1} µm departs by {:.1} µm from those around it on the {name}",
+                on_flank[k].span.line(),
+                1e6 * deviations[k],
+                1e6 * departure
+            ),
+            hint: Some("clean the flank and measure the node again, or leave it out".into()),
+        });
     }
     if let Some(row) = lost {
         let count = rows.len() - nodes.len();
@@ -124,6 +142,52 @@ pub(super) fn measured(
         section: of.section,
         nodes,
         deviations,
+        roots: Vec::new(),
+    })
+}
+
+/// Largest deviation, as a share of the depth of the tooth: a larger one is in another unit.
+const LARGEST_DEVIATION: f64 = 0.1;
+
+/// # Errors
+/// A deviation that is no deviation of a flank.
+fn check_size(row: &GridNode, depth: f64) -> Result<(), Error> {
+    if row.deviation.abs() <= LARGEST_DEVIATION * depth {
+        return Ok(());
+    }
+    let message = format!(
+        "a deviation of {:.3} mm on a tooth {:.3} mm deep",
+        1e3 * row.deviation,
+        1e3 * depth
+    );
+    Err(Error::new(Code::OutOfRange, message)
+        .with_span(&row.span)
+        .with_hint("check the unit in the head of the column, as in `deviation [µm]`"))
+}
+
+/// Least span of the nodes over face and height, as a share of it, from which shapes along it are known.
+const LEAST_SPAN: f64 = 0.25;
+
+/// A warning of nodes that span little of the face or the height.
+fn narrow(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
+    let span = |k: usize| {
+        let most = shares
+            .iter()
+            .map(|s| s[k])
+            .fold(f64::NEG_INFINITY, f64::max);
+        let least = shares.iter().map(|s| s[k]).fold(f64::INFINITY, f64::min);
+        most - least
+    };
+    let (what, span) = [("face", span(0)), ("height", span(1))]
+        .into_iter()
+        .find(|(_, span)| *span < LEAST_SPAN)?;
+    Some(Diagnostic {
+        code: "narrow-grid",
+        message: format!(
+            "the nodes span {:.0} % of the {what} of the {name}: deviations along it are not known, and settings that change them are guessed",
+            100.0 * span.max(0.0)
+        ),
+        hint: Some("measure a grid over the whole flank, such as 5 × 9 nodes".into()),
     })
 }
 

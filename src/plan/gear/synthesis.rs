@@ -1,7 +1,10 @@
 //! Synthesis of a pinion: settings whose flank has a wanted ease-off from the pinion conjugate to the gear.
 
 use super::bevel_contact;
-use super::correction::{ContactChange, CorrectionResult, dials, not_converged, plan, unknowns};
+use super::correction::{
+    ContactChange, CorrectionResult, depth_warning, depths, dials, not_converged, nothing_moves,
+    plan, unknowns,
+};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::SIDES;
@@ -9,6 +12,7 @@ use crate::gear::contact::pair::FlankPair;
 use crate::gear::cut::correction::CorrectionProblem;
 use crate::gear::cut::measured_flank::MeasuredFlank;
 use crate::gear::cut::next_cut::NextCut;
+use crate::gear::cut::root_point::RootPoint;
 use crate::gear::cut::setting::FlankSetup;
 use crate::gear::cut::shapes::shape_rests;
 use crate::plan::gear_limits::MEMBERS;
@@ -61,7 +65,7 @@ pub fn run(
         cutter: cut.cutter,
         machine: cut.settings,
     };
-    let flank = wanted.target.on(&pair, setup, file.hand).ok_or_else(|| {
+    let mut flank = wanted.target.on(&pair, setup, file.hand).ok_or_else(|| {
         let message = "the flank conjugate to the gear does not reach that of the pinion";
         Error::new(Code::OutOfRange, message)
             .with_span(&of.span)
@@ -69,6 +73,8 @@ pub fn run(
                 "start from settings whose flanks touch: `geardyn gear` computes the contact",
             )
     })?;
+    let roots = RootPoint::of(&pinion);
+    flank.roots = roots.map_or(Vec::new(), |roots| roots.to_vec());
     let flanks = vec![flank];
     let problem = CorrectionProblem {
         unknowns: unknowns(&settings, &flanks, false),
@@ -77,10 +83,14 @@ pub fn run(
     };
     let at_target = |error: Error| error.with_span(&wanted.span);
     let fit = problem.solve().map_err(at_target)?;
-    let dials = dials(&settings, cut);
-    let next = (dials.iter()).fold(fit.setups[0], |next, dial| {
-        dial.rounded(next, &setup, &study.steps)
-    });
+    let dials = vec![dials(&settings, cut)];
+    let next = problem.on_steps(&fit, &fit.setups, &dials, &study.steps)[0];
+    if next.flank(file.hand, of.section).middle().is_none() {
+        let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";
+        return Err(at_target(Error::new(Code::OutOfRange, message).with_hint(
+            "want an ease-off nearer to that of the present settings",
+        )));
+    }
     let before = deviations(&problem, setup).map_err(at_target)?;
     let after = deviations(&problem, next).map_err(at_target)?;
     let mut diagnostics = Vec::new();
@@ -92,7 +102,11 @@ pub fn run(
         now: touching(setup, &mut Vec::new()),
         next: touching(next, &mut diagnostics),
     };
-    diagnostics.extend(not_converged(&fit));
+    let hint = "want an ease-off nearer to that of the present settings, or free fewer settings";
+    diagnostics.extend(not_converged(&fit, hint));
+    let depths = vec![depths(roots.as_ref(), &next, file.hand)];
+    diagnostics.extend(depth_warning(&depths, &of.section, &[side]));
+    diagnostics.extend(nothing_moves(&fit, study.least));
     Ok(CorrectionResult {
         shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
         plan: plan(study, &settings, &problem, &fit),
@@ -104,7 +118,9 @@ pub fn run(
             setups: vec![next],
             deviations: vec![after],
         },
-        dials: vec![dials],
+        dials,
+        depths,
+        moves_other: false,
         is_one_setting: false,
         contact: Some(contact),
         problem,
@@ -117,6 +133,7 @@ pub fn run(
 fn deviations(problem: &CorrectionProblem, setup: FlankSetup) -> Result<Vec<Option<f64>>, Error> {
     let flank = MeasuredFlank {
         setup,
+        roots: Vec::new(),
         ..problem.flanks[0].clone()
     };
     let fixed = CorrectionProblem {

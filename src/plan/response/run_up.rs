@@ -1,17 +1,19 @@
 //! Run-up study: order responses over speed (Campbell map) and critical speeds.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use super::method_choice::{self, ResponseMethodChoice};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
+use crate::machine::operating_point::mean_forces;
 use crate::modes::excitation_orders::reference_dof;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::StageDecision;
 use crate::response::excitation::{OrderExcitation, UNIT_AMPLITUDE, excitations};
 use crate::response::frf::ResponseSolver;
-use crate::response::ports::{Port, Ports, ResponseInput};
+use crate::response::ports::{Port, Ports, ResponseInput, ResponseOutput};
 use crate::response::run_up::{AmplitudeMap, CriticalSpeed, OrderResponses, rss_amplitude};
 use crate::scene::study::{ResponseStudy, RunUpStudy};
 
@@ -71,6 +73,10 @@ struct RunUpSetup {
     choice: ResponseMethodChoice,
     /// No error is declared: every excitation has the size [`UNIT_AMPLITUDE`].
     assumes: bool,
+    /// Outputs of the study; those behind them are the forces of the meshes.
+    requested: usize,
+    /// Meshes with their forces under the mean loads, N; none where no load or no error is stated.
+    mean_forces: Vec<(usize, f64)>,
 }
 
 impl RunUpSetup {
@@ -112,7 +118,20 @@ impl RunUpSetup {
                 .collect(),
             false => study.outputs.clone(),
         };
+        let assumes = !excitations.iter().any(|e| e.declared);
         let mut ports = Ports::parse(machine, &[], &outputs, &study.fixed_dofs)?;
+        let requested = ports.outputs.len();
+        let mean_forces = match assumes {
+            true => Vec::new(),
+            false => mesh_forces(prepared_machine),
+        };
+        ports
+            .outputs
+            .extend(mean_forces.iter().map(|(branch, _)| Port {
+                name: machine.branch_name(*branch),
+                unit: "N",
+                kind: ResponseOutput::Force(*branch),
+            }));
         let mut driven: Vec<usize> = excitations
             .iter()
             .flat_map(|e| e.branches.iter().map(|b| b.0))
@@ -145,7 +164,9 @@ impl RunUpSetup {
             node,
             speeds: range.values(),
             left_out: count - excitations.len(),
-            assumes: !excitations.iter().any(|e| e.declared),
+            assumes,
+            requested,
+            mean_forces,
             choice: method_choice::choose_method(prepared_machine, &asked),
             ports,
             excitations,
@@ -212,6 +233,58 @@ impl RunUpSetup {
     }
 }
 
+/// Gear meshes with their forces under the mean loads, N; none where no load is stated or the loads do not balance.
+fn mesh_forces(prepared_machine: &PreparedMachine) -> Vec<(usize, f64)> {
+    let PreparedMachine {
+        machine,
+        kinematics,
+        ..
+    } = prepared_machine;
+    let held: Vec<usize> = machine.speeds.iter().map(|speed| speed.0).take(1).collect();
+    let found = match machine.loads.is_empty() {
+        true => None,
+        false => mean_forces(machine, kinematics, &held).ok(),
+    };
+    let is_mesh = |branch: usize| machine.gears.iter().any(|g| g.branches.contains(&branch));
+    let forces = found
+        .filter(|f| !f.accelerates)
+        .map_or(Vec::new(), |f| f.forces);
+    let carrying = forces
+        .into_iter()
+        .filter(|(branch, force)| is_mesh(*branch) && *force != 0.0);
+    carrying.collect()
+}
+
+/// A warning of meshes whose teeth would part: the largest amplitude exceeds the mean force.
+fn contact_loss(
+    prepared_machine: &PreparedMachine,
+    mean_forces: &[(usize, f64)],
+    largest: &[(f64, f64)],
+) -> Option<Diagnostic> {
+    let parts = |((branch, mean), (speed, amplitude)): (&(usize, f64), &(f64, f64))| {
+        (*amplitude > mean.abs()).then(|| {
+            format!(
+                "{} oscillates by {amplitude:.0} N about {:.0} N at {:.0} rpm",
+                prepared_machine.machine.branch_name(*branch),
+                mean.abs(),
+                speed * 30.0 / PI
+            )
+        })
+    };
+    let parted: Vec<String> = mean_forces.iter().zip(largest).filter_map(parts).collect();
+    (!parted.is_empty()).then(|| Diagnostic {
+        code: "contact-loss",
+        message: format!(
+            "teeth would part, and the responses are those of teeth that stay in contact: {}",
+            parted.join(", ")
+        ),
+        hint: Some(
+            "state the backlash and simulate these speeds, or follow them by --harmonic-balance"
+                .into(),
+        ),
+    })
+}
+
 /// The plan of a study, row by row.
 ///
 /// # Errors
@@ -248,7 +321,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
     solver.check(&all)?;
     let responses = OrderResponses::new(&solver, ports, &ready.excitations, ready.assumes);
-    let amplitudes = responses.amplitudes(&ready.speeds)?;
+    let mut amplitudes = responses.amplitudes(&ready.speeds)?;
     let known = amplitudes.iter().flatten().flatten().flatten();
     if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
         let message = format!("a response of {beyond:.1e} overflows");
@@ -258,8 +331,15 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     let damped = linear.is_damped(machine);
     let critical = responses.critical_speeds(&model, &ready.speeds, damped)?;
     let finite = if damped { &critical[..] } else { &[] };
-    let max_amplitudes = responses.largest_totals(&ready.speeds, &amplitudes, finite)?;
+    let mut max_amplitudes = responses.largest_totals(&ready.speeds, &amplitudes, finite)?;
     let mut diagnostics = prepared_machine.warnings();
+    let of_meshes = max_amplitudes.split_off(ready.requested);
+    amplitudes.truncate(ready.requested);
+    diagnostics.extend(contact_loss(
+        prepared_machine,
+        &ready.mean_forces,
+        &of_meshes,
+    ));
     if !damped {
         diagnostics.push(Diagnostic {
             code: "undamped",
@@ -276,6 +356,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
         outputs: ports
             .outputs
             .iter()
+            .take(ready.requested)
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
         plan: prepared_machine.after_meshes(ready.plan(prepared_machine)),

@@ -1,0 +1,105 @@
+//! Bottom of the slot: points of the work beneath the plane in which the tips of the blades turn.
+//!
+//! A point P that the tip plane, with the normal n and a point c, leaves as metal lies `min n·(P − c)` over the roll beneath it. Settings that
+//! change this height change the depth of the slot.
+
+use super::setting::FlankSetup;
+use crate::gear::bevel::flank::BevelFlank;
+use crate::gear::bevel::frames::{CutterFrame, WorkFrame};
+use crate::gear::bevel::settings::Hand;
+use crate::gear::kernel::motion::Motion;
+use crate::gear::kernel::pose::{Point, Pose};
+use crate::gear::kernel::root::root;
+use crate::gear::kernel::vector::Vector;
+
+/// A point of the root line of a flank with its height beneath the tip plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RootPoint {
+    /// Point, m.
+    pub point: Point<WorkFrame>,
+    /// Turn of the cradle near which the tip plane passes, rad.
+    turn: f64,
+    /// Height beneath the tip plane, m.
+    pub height: f64,
+}
+
+/// The pass of the tip plane over a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TipPass {
+    /// The point, m.
+    pub(super) point: Vector,
+    /// Its height beneath the plane, m.
+    pub(super) height: f64,
+    /// Normal of the plane, out of the cutter, in the work.
+    pub(super) normal: Vector,
+    /// Angle about the cutter and turn of the cradle, rad.
+    pub(super) at: [f64; 2],
+}
+
+/// Shares of the face of root points: toe, middle, heel.
+const FACE_SHARES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Half the turn of the cradle in which the pass is sought, rad.
+const ROLL: f64 = 0.3;
+
+impl RootPoint {
+    /// Points of the root line of a flank at toe, middle and heel; none where the tip plane does not pass.
+    pub fn of(flank: &BevelFlank) -> Option<[RootPoint; 3]> {
+        let middle = flank.middle()?;
+        let root_point = |face: f64| {
+            let place = flank.section.at(face, 0.0);
+            let at = flank.follow((middle, flank.section.at(0.5, 0.5)), place)?;
+            let point = flank.envelope.point(at)?.point;
+            let pass = pass(&flank.envelope.motion, &point, at[2])?;
+            Some(RootPoint {
+                point,
+                turn: pass.at[1],
+                height: pass.height,
+            })
+        };
+        let [toe, mean, heel] = FACE_SHARES.map(root_point);
+        Some([toe?, mean?, heel?])
+    }
+
+    /// The pass of the tip plane at other settings, the flank turned about the work's axis.
+    pub(super) fn pass(&self, setup: &FlankSetup, hand: Hand, turn: f64) -> Option<TipPass> {
+        let turned = Pose::<WorkFrame, WorkFrame>::turned(Vector::Z, turn);
+        pass(
+            &setup.machine.motion(hand).then(turned),
+            &self.point,
+            self.turn,
+        )
+    }
+
+    /// Depth of the slot that other settings add here, m; none where their tip plane does not pass.
+    pub fn deeper_by(&self, setup: &FlankSetup, hand: Hand) -> Option<f64> {
+        Some(self.height - self.pass(setup, hand, 0.0)?.height)
+    }
+}
+
+/// The pass of the tip plane over a point near a turn of the cradle.
+fn pass(
+    motion: &Motion<WorkFrame, CutterFrame>,
+    point: &Point<WorkFrame>,
+    near: f64,
+) -> Option<TipPass> {
+    let r = point.coordinates;
+    let turn = match motion.is_fixed() {
+        true => 0.0,
+        false => root([near - ROLL, near + ROLL], |x| {
+            let state = motion.at(x);
+            let n = state.pose.rotate(Vector::Z);
+            let turning = state.velocity.w.cross(n);
+            let change = turning.dot(state.velocity.at(r)) + n.dot(state.rate.at(r));
+            Some([-n.dot(state.velocity.at(r)), -change])
+        })?,
+    };
+    let pose = motion.at(turn).pose;
+    let in_cutter = pose.inverse().apply(r);
+    Some(TipPass {
+        point: r,
+        height: in_cutter.z,
+        normal: pose.rotate(Vector::Z),
+        at: [in_cutter.y.atan2(in_cutter.x), turn],
+    })
+}
