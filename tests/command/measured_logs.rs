@@ -453,7 +453,7 @@ fn ref_bridge_of_one_channel_from_responses_alone() {
     let arguments = ["identify", &name, "--output", channel, "--all", "--json"];
     let found = document(&arguments);
     for f in [10.79, 12.65, 13.62, 16.26] {
-        near(mode(&found, f).0, f, 1e-2, "frequency");
+        near(&format!("mode at {f} Hz"), "Hz", f, mode(&found, f).0, 1e-2);
     }
 }
 
