@@ -119,7 +119,10 @@ impl EnergyMatrix<'_> {
             let digits = if grid.column < 44.0 { 3 } else { 4 };
             let frequency = match self.frequencies[k] {
                 0.0 => "0".to_string(),
-                f => significant(f, digits),
+                f if text_width(&significant(f, digits), LABEL_SIZE) < grid.column - 4.0 => {
+                    significant(f, digits)
+                }
+                f => format!("{f:.1e}"),
             };
             canvas.label(&frequency, (x, frequencies), Anchor::Middle);
         }

@@ -1,6 +1,7 @@
 //! Figures as data: plots with axes, curves, maps and labels, from which SVG files and pages are drawn.
 
 use super::axes::linear_range;
+use super::number_format::scaled_label;
 use super::svg::LineStyle;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -229,6 +230,25 @@ impl Plot {
             upright_labels: false,
             empty: "nothing to show",
         }
+    }
+
+    /// Label of each axis in the unit of its largest value, with the factor of the values; on equal scales the factors are one.
+    pub fn shown_units(&self) -> [(f64, String); 2] {
+        let largest = |axis: &Axis, of: fn(&Curve) -> &[f64]| {
+            let values = self.curves.iter().flat_map(of).copied();
+            let all = values.chain(axis.range.iter().flat_map(|r| [r.0, r.1]));
+            all.map(f64::abs)
+                .filter(|v| v.is_finite())
+                .fold(0.0, f64::max)
+        };
+        let mut sizes = [largest(&self.x, |c| &c.x), largest(&self.y, |c| &c.y)];
+        if self.equal_scales {
+            sizes = [sizes[0].max(sizes[1]); 2];
+        }
+        [
+            scaled_label(&self.x.label, sizes[0]),
+            scaled_label(&self.y.label, sizes[1]),
+        ]
     }
 }
 

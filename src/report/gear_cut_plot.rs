@@ -30,8 +30,6 @@ pub struct FlankMap<'a> {
     pub size: [usize; 2],
     /// Deviations at the nodes, m.
     pub deviations: &'a [Option<f64>],
-    /// Unit of the scale of colours with its number in a metre.
-    pub unit: (&'static str, f64),
 }
 
 /// Draws every flank with all causes.
@@ -53,7 +51,6 @@ fn cause_map<'a>(flank: &CutFlankResult, cause: &'a CauseResult) -> FlankMap<'a>
         name: format!("{}, {}", flank_name(flank), cause.name),
         size: [flank.grid.rows, flank.grid.columns],
         deviations: &cause.map.deviations,
-        unit: ("nm", 1e9),
     }
 }
 
@@ -74,11 +71,15 @@ fn draw_map(canvas: &mut Canvas, top: f64, map: &FlankMap) {
     let down = (top, top + MAP[0]);
     let name = format!("{}: toe left, heel right, root below", map.name);
     canvas.note(&name, (ACROSS.0, top - 10.0), Anchor::Start);
-    let (unit, times) = map.unit;
-    let (low, high) = extremes(map.deviations.iter().flatten().map(|d| times * d));
+    let (low, high) = extremes(map.deviations.iter().flatten().copied());
     if low > high {
         return;
     }
+    let (unit, times) = match high.max(-low) < 1e-6 {
+        true => ("nm", 1e9),
+        false => ("µm", 1e6),
+    };
+    let (low, high) = (times * low, times * high);
     let scale = (low, high.max(low + 1e-9 * times));
     let [rows, columns] = map.size;
     let panel = Panel::new(ACROSS, down, (0.0, columns as f64), (0.0, rows as f64));

@@ -11,6 +11,7 @@ use super::identification_table::{self, auto_mac};
 use super::json::complex;
 use super::mac_plot;
 use super::mode_tracking;
+use super::number_format::four_digits;
 use super::point_shapes;
 use super::pole_plots::{self, PlottedStability, StabilisationPlot};
 use super::presentation::{LogReport, Presentation, Provenance};
@@ -28,6 +29,7 @@ use crate::plan::logs::identification_result::{
     Evidence, IdentificationResult, IdentifiedHarmonic, IdentifiedMode, PickedPeak, PointShapes,
 };
 use crate::plan::logs::method::structure_text;
+use crate::plan::response::run::quotient_unit;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse};
 
 impl Presentation for LogReport<IdentificationResult> {
@@ -416,7 +418,7 @@ fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot> {
     let label = |m: &IdentifiedMode| {
         let at = lines.partition_point(|&f| f < m.frequency_hz());
         let at = at.min(lines.len().checked_sub(1)?);
-        let text = format!("{:.4} Hz", m.frequency_hz());
+        let text = format!("{} Hz", four_digits(m.frequency_hz()));
         Some((lines[at], first[at], text))
     };
     let bell = |peak: &PickedPeak| {
@@ -425,9 +427,12 @@ fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot> {
         let words = match bell.pole {
             Some((pole, _)) => {
                 let damping = -100.0 * pole.re / pole.norm();
-                format!("{:.4} Hz, damping {damping:.2} %", pole.norm() / TAU)
+                format!(
+                    "{} Hz, damping {damping:.2} %",
+                    four_digits(pole.norm() / TAU)
+                )
             }
-            None => format!("{f:.4} Hz, no line"),
+            None => format!("{} Hz, no line", four_digits(f)),
         };
         Some(PlottedBell {
             words,
@@ -460,7 +465,7 @@ fn label(f: &FrequencyResponse) -> String {
 fn unit(f: &FrequencyResponse) -> String {
     match &f.input {
         Some(input) if !input.unit.is_empty() && !f.output.unit.is_empty() => {
-            format!("({})/({})", f.output.unit, input.unit)
+            quotient_unit(&f.output.unit, &input.unit)
         }
         _ => f.output.unit.clone(),
     }

@@ -14,6 +14,12 @@ mod label_placement;
 
 mod heatmap;
 
+mod figure_marks;
+
+mod figure_names;
+
+mod figure_key;
+
 mod figure_svg;
 
 pub mod bode;

@@ -27,6 +27,9 @@ const STEMS: usize = 45;
 /// Longest name on an axis, characters.
 const MAX_NAME_LEN: usize = 20;
 
+/// Widest bar of a displacement, points.
+const MAX_BAR: f64 = 24.0;
+
 /// Motion smaller than this part of the other kind, at a lever of 1 m, is rounding and is not drawn.
 const ROUNDING: f64 = 1e-9;
 
@@ -176,7 +179,7 @@ impl ModeShapeFigure<'_> {
         let swings = if mode.is_oscillatory() {
             ""
         } else {
-            "· not oscillatory"
+            " · not oscillatory"
         };
         let shares = energies.and_then(|e| e.strain.as_deref());
         match shares.and_then(dominant_element) {
@@ -326,6 +329,7 @@ impl ModeShapeFigure<'_> {
 
     /// A bar for each displacement and each tilt, either kind by its own largest.
     fn bars(&self, canvas: &mut Canvas, panel: &Panel, moves: &[Complex]) {
+        let widest = 0.5 * MAX_BAR * (panel.x.1 - panel.x.0) / (panel.across.1 - panel.across.0);
         let n = self.n_displacements();
         let (displacements, tilts) = moves.split_at(n);
         for (values, start, ink) in [(displacements, 0, BLACK), (tilts, n, GREY)] {
@@ -340,9 +344,10 @@ impl ModeShapeFigure<'_> {
                 } else {
                     (0.25, 0.0)
                 };
-                bar(canvas, panel, (x - shift, w), value.re, ink);
+                let half = widest.min(w);
+                bar(canvas, panel, (x - shift, half), value.re, ink);
                 if self.complex {
-                    bar(canvas, panel, (x + shift, w), value.im, BLUE);
+                    bar(canvas, panel, (x + shift, half), value.im, BLUE);
                 }
             }
         }

@@ -53,7 +53,6 @@ fn flanks(title: &str, works: &[Arc<WorkResult>]) -> String {
         name: format!("surplus of {} over the ideal flank", work_flank_name(work)),
         size: work.pair.grid,
         deviations: &work.pair.surplus,
-        unit: ("µm", 1e6),
     });
     draw_maps(title, &maps.collect::<Vec<_>>())
 }
@@ -196,12 +195,12 @@ fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
                 (end, middle + 7.0),
                 if row == 0 { ORANGE } else { lighten(BLUE) },
             );
+            let finer = found[e].one_grade_finer.map_or(String::new(), |finer| {
+                format!("−{} % if one grade finer, ", percent(finer))
+            });
             let text = format!(
-                "{} %: {}without it {} % off",
+                "{} %; root {finer}−{} % without it",
                 percent(found[e].share),
-                found[e].one_grade_finer.map_or(String::new(), |better| {
-                    format!("one grade better {} % off, ", percent(better))
-                }),
                 percent(found[e].rss_without)
             );
             canvas.label(&text, (end + 6.0, middle), Anchor::Start);

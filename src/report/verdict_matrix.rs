@@ -62,7 +62,7 @@ fn ink(verdict: CaseVerdict) -> Colour {
     match verdict {
         CaseVerdict::Pass => lighten(lighten(BLUE)),
         CaseVerdict::Refused => LIGHT_GREY,
-        CaseVerdict::Fail => ORANGE,
+        CaseVerdict::Fail => lighten(ORANGE),
     }
 }
 
@@ -79,7 +79,7 @@ fn key(canvas: &mut Canvas) {
         canvas.label(&text, (x + 18.0, 42.0), Anchor::Start);
         x += 18.0 + widest([&text], LABEL_SIZE, 0.0) + 20.0;
     }
-    let limit = format!("figure: energy-balance error, limit {MAX_ENERGY_ERROR:.0e}");
+    let limit = format!("number: energy-balance error, limit {MAX_ENERGY_ERROR:.0e}");
     canvas.note(&limit, (WIDTH - 24.0, 16.0), Anchor::End);
 }
 
@@ -108,7 +108,7 @@ mod tests {
             let fill = format!("fill=\"{colour}\" stroke=\"none\"");
             svg.matches(&fill).count() - 1
         };
-        assert_eq!(["#BFD5E7", "#D06A00", "#D8D8D8"].map(cells), [2, 1, 1]);
+        assert_eq!(["#BFD5E7", "#E7B47F", "#D8D8D8"].map(cells), [2, 1, 1]);
         let texts: Vec<&str> = svg.lines().map(str::trim).collect();
         for text in ["as it is", "no damping", "no play", "rk4", "radau5"] {
             let times = texts.iter().filter(|t| **t == text).count();

@@ -34,6 +34,7 @@ mod motion_commands;
 mod motor_to_noise;
 mod on_the_fly;
 mod output_files;
+mod page_print;
 mod pages;
 mod response_command;
 mod roving;

@@ -57,7 +57,7 @@ pub fn picture(axes: &CrossedAxes, range: [f64; 2]) -> Option<SheetPlot> {
     curves.push(curve("axes", lines));
     Some(SheetPlot {
         suffix: SUFFIX,
-        axes: ["oblique view, across [mm]", "oblique view, up [mm]"],
+        axes: ["oblique view, across, mm", "oblique view, up, mm"],
         equal_scales: true,
         curves,
         labels: Vec::new(),

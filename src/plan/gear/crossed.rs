@@ -74,7 +74,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
     let column = |k: usize| -> Vec<f64> { rows.iter().map(|row| row[k]).collect() };
     let mut plots = vec![SheetPlot {
         suffix: "",
-        axes: ["angle of the pinion [deg]", "semi-axis of the ellipse [mm]"],
+        axes: ["angle of the pinion, deg", "semi-axis of the ellipse, mm"],
         equal_scales: false,
         curves: vec![
             ("long".into(), column(0), column(6)),

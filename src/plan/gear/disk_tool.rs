@@ -195,7 +195,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
         plots: vec![
             SheetPlot {
                 suffix: "",
-                axes: ["height of the tool [mm]", "radius of the tool [mm]"],
+                axes: ["height of the tool, mm", "radius of the tool, mm"],
                 equal_scales: true,
                 curves: vec![(
                     "tool".into(),
@@ -206,7 +206,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
             },
             SheetPlot {
                 suffix: "deviation",
-                axes: ["off the involute helicoid [µm]", "radius [mm]"],
+                axes: ["off the involute helicoid, µm", "radius, mm"],
                 equal_scales: false,
                 curves: deviations,
                 labels: Vec::new(),

@@ -67,8 +67,8 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
     let mut plots = vec![SheetPlot {
         suffix: "",
         axes: [
-            "off the involute, positive into the metal [µm]",
-            "radius of the gear [mm]",
+            "off the involute, positive into the metal, µm",
+            "radius of the gear, mm",
         ],
         equal_scales: false,
         curves: vec![(String::new(), column(1), column(0))],
@@ -77,7 +77,7 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
     if file.feed.is_some() {
         plots.push(SheetPlot {
             suffix: FIGURES[1],
-            axes: ["height of the feed marks [µm]", "radius of the gear [mm]"],
+            axes: ["height of the feed marks, µm", "radius of the gear, mm"],
             equal_scales: false,
             curves: vec![(String::new(), column(6), column(0))],
             labels: Vec::new(),

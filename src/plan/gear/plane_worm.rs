@@ -212,7 +212,7 @@ fn lines_plot(
     let tips = positions.iter().zip(lines).flat_map(tip);
     SheetPlot {
         suffix: "",
-        axes: ["along the wheel's axis y [mm]", "radius on the wheel [mm]"],
+        axes: ["along the wheel's axis y, mm", "radius on the wheel, mm"],
         equal_scales: true,
         curves,
         labels: tips.flatten().collect(),

@@ -121,7 +121,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         tables,
         plots: [SheetPlot {
             suffix: "",
-            axes: ["along the wheel's axis y [mm]", "radius on the wheel [mm]"],
+            axes: ["along the wheel's axis y, mm", "radius on the wheel, mm"],
             equal_scales: true,
             curves,
             labels: Vec::new(),

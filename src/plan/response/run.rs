@@ -305,7 +305,7 @@ fn convert_motion(port: &mut Port<ResponseOutput>, shown: Option<ResponseQuantit
 }
 
 /// One unit per another.
-fn quotient_unit(output: &str, input: &str) -> String {
+pub fn quotient_unit(output: &str, input: &str) -> String {
     match (output == input, input.contains(['·', '/'])) {
         (true, _) => "1".to_string(),
         (false, true) => format!("{output}/({input})"),

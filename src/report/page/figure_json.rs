@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 use super::column::Columns;
 use crate::report::figure::{Axis, Curve, Ink, LevelMap, Mark, NamePlacement, Plot, PlotColumn};
 use crate::report::heatmap::{MapCells, MapColumn};
-use crate::report::number_format::scaled_label;
 use crate::report::svg::LineStyle;
 
 /// A column of plots.
@@ -42,7 +41,7 @@ fn plot(plot: &Plot, columns: &mut Columns) -> Value {
         .labels
         .iter()
         .map(|l| json!({ "x": l.x, "y": l.y, "text": l.text }));
-    let [x, y] = sizes(plot);
+    let [x, y] = plot.shown_units();
     json!({
         "x": axis(&plot.x, x),
         "y": axis(&plot.y, y),
@@ -83,25 +82,8 @@ fn map(map: &LevelMap, columns: &mut Columns) -> Option<Value> {
     }))
 }
 
-/// Largest sizes of the abscissae and of the ordinates, which on equal scales are one.
-fn sizes(plot: &Plot) -> [f64; 2] {
-    let largest = |axis: &Axis, of: fn(&Curve) -> &[f64]| {
-        let values = plot.curves.iter().flat_map(of).copied();
-        let all = values.chain(axis.range.iter().flat_map(|r| [r.0, r.1]));
-        all.map(f64::abs)
-            .filter(|v| v.is_finite())
-            .fold(0.0, f64::max)
-    };
-    let sizes = [largest(&plot.x, |c| &c.x), largest(&plot.y, |c| &c.y)];
-    match plot.equal_scales {
-        true => [sizes[0].max(sizes[1]); 2],
-        false => sizes,
-    }
-}
-
 /// An axis; the page shows its values times `factor`.
-fn axis(axis: &Axis, largest: f64) -> Value {
-    let (factor, label) = scaled_label(&axis.label, largest);
+fn axis(axis: &Axis, (factor, label): (f64, String)) -> Value {
     json!({ "label": label, "factor": factor, "log": axis.logarithmic, "range": axis.range, "unit": axis.prefixed_unit, "ticks": axis.ticks })
 }
 

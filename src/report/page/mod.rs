@@ -17,9 +17,17 @@ use crate::base::error::Diagnostic;
 
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+/// Scripts that share one scope, in the order of their dependence.
+const SCRIPTS: [&str; 5] = [
+    include_str!("base.js"),
+    include_str!("columns.js"),
+    include_str!("marks.js"),
+    include_str!("plot.js"),
+    include_str!("page.js"),
+];
 const SPECTRUM_SCRIPT: &str = include_str!("line_spectrum.js");
 const PLAYER_SCRIPT: &str = include_str!("kinds/player.js");
+const MODE_VIEW_SCRIPT: &str = include_str!("kinds/mode_view.js");
 const SPACE_SCRIPT: &str = include_str!("kinds/space.js");
 const PLOT_STYLE: &str = include_str!("vendor/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot.iife.min.js");
@@ -138,10 +146,15 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
         ("{{data}}", data),
         ("{{columns}}", columns.elements()),
         ("{{plot_script}}", PLOT_SCRIPT.to_string()),
-        ("{{script}}", compact::script(SCRIPT)),
+        ("{{script}}", compact::script(&in_one_scope(&SCRIPTS))),
         ("{{kinds}}", kind_scripts(&kinds, over_time)),
     ];
     fill(TEMPLATE, &parts)
+}
+
+/// Scripts in one scope of their own.
+fn in_one_scope(scripts: &[&str]) -> String {
+    format!("\"use strict\";\n(() => {{\n{}}})();\n", scripts.concat())
 }
 
 /// The script of the views of a kind.
@@ -157,13 +170,15 @@ fn kind_script(kind: ViewKind) -> &'static str {
 
 /// The elements with the scripts of the spectrum and of the kinds of views of a page.
 fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
-    let player = (!kinds.is_empty()).then_some(PLAYER_SCRIPT);
-    let in_space = [ViewKind::Pair, ViewKind::Surface];
-    let space = (in_space.iter().any(|k| kinds.contains(k))).then_some(SPACE_SCRIPT);
-    let spectrum = over_time.then_some(SPECTRUM_SCRIPT);
-    let all = (spectrum.into_iter().chain(player))
-        .chain(space)
-        .chain(kinds.iter().map(|k| kind_script(*k)));
+    // What several kinds share, before the kinds themselves.
+    let any = |of: &[ViewKind], script| of.iter().any(|k| kinds.contains(k)).then_some(script);
+    let shared = [
+        over_time.then_some(SPECTRUM_SCRIPT),
+        (!kinds.is_empty()).then_some(PLAYER_SCRIPT),
+        any(&[ViewKind::Modes, ViewKind::Points], MODE_VIEW_SCRIPT),
+        any(&[ViewKind::Pair, ViewKind::Surface], SPACE_SCRIPT),
+    ];
+    let all = (shared.into_iter().flatten()).chain(kinds.iter().map(|k| kind_script(*k)));
     all.map(|script| format!("<script>\n{}</script>\n", compact::script(script)))
         .collect()
 }

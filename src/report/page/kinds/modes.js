@@ -31,18 +31,8 @@ G.kind("modes", (data, host) => {
   }
   const valueAt = ([re, im], angle) => re * Math.cos(angle) - im * Math.sin(angle);
 
-  const box = G.element("div", undefined, "view");
-  const side = G.element("div", undefined, "side");
-  const stageBox = G.element("div", undefined, "moving");
-  const caption = G.element("p", "", "note");
-  box.append(side, stageBox);
-  host.append(box);
-  const damped = modes.some((m) => m.damping_ratio !== null);
-  const heads = ["mode", "Hz", ...(damped ? ["ζ/%"] : []), "highest strain energy"];
-  const row = (m) => [String(m.mode), m.frequency_hz === null ? "–" : G.number(m.frequency_hz), ...(damped ? [m.damping_ratio === null ? "–" : G.number(100 * m.damping_ratio, 3)] : []), m.dominant];
   const cell = (width) => Math.min(Math.max(width / (cells[0] + 2 * ROOM), 46), 120);
-  const { canvas, ctx, fit } = G.canvas(stageBox, (width) => Math.ceil(cell(width) * (cells[1] + 2 * ROOM)));
-  stageBox.append(caption);
+  const { canvas, ctx, fit, choose } = G.modeView(host, modes, (width) => Math.ceil(cell(width) * (cells[1] + 2 * ROOM)), draw);
 
   const tone = (value) => G.colour(value < 0 ? "--series-1" : "--series-0");
   function disc(x, y, r, value, angle, { gear = false, hub = [0, 0] } = {}) {
@@ -230,19 +220,14 @@ G.kind("modes", (data, host) => {
     G.tip(at ? at.join("\n") : "", event);
   });
   canvas.addEventListener("mouseleave", (event) => G.tip("", event));
-  canvas.setAttribute("role", "img");
 
-  const player = G.player(box, draw, 2);
-  side.before(player.button);
-  G.chooser(side, heads, modes.map(row), modes.findIndex((m) => !m.rigid), (k) => {
+  const first = modes.findIndex((m) => !m.rigid);
+  const caption = (k) => {
     shape = take(k);
     const m = modes[k];
     const ratio = shape.move && shape.turn ? ` Largest displacement ${G.number((1e3 * shape.sizes.move) / shape.sizes.turn, 3)} µm where the largest rotation is 1 mrad.` : "";
     const divided = train.nodes[0].ratio === null ? "" : ` Rotations divided by the ratio to ${train.nodes[0].name}.`;
-    caption.textContent = `Mode ${m.mode}${m.frequency_hz === null ? "" : `, ${G.number(m.frequency_hz)} Hz`}${m.rigid ? ", rigid body" : ""}: blue turns forwards while orange turns backwards, links thick by their share of the strain energy.${divided}${ratio}`;
-    canvas.setAttribute("aria-label", caption.textContent);
-    player.phase = 0;
-    player.show();
-  });
-  host.querySelector(".chooser").view = player;
+    return `Mode ${m.mode}${m.frequency_hz === null ? "" : `, ${G.number(m.frequency_hz)} Hz`}${m.rigid ? ", rigid body" : ""}: blue turns forwards while orange turns backwards, links thick by their share of the strain energy.${divided}${ratio}`;
+  };
+  choose(first, caption, [["highest strain energy", (m) => m.dominant]]);
 });

@@ -12,24 +12,16 @@ G.kind("pair", (data, host) => {
   if (!contact) both.style.display = "block";
   box.append(bar, both);
   host.append(box);
-  const control = (type, name, values) => {
-    const input = G.element("input");
-    Object.assign(input, { type, ...values });
-    const label = G.element("label");
-    const text = G.element("span", name);
-    type === "checkbox" ? label.append(input, " ", text) : label.append(text, " ", input);
-    return { input, label, text };
-  };
-  const angle = control("range", "angle", { min: 0, max: 1, step: 0.001, value: 0.5 });
-  const through = control("checkbox", `${members[1].name} see-through`, { checked: !data.middle_m || Boolean(curves) });
-  const near = control("checkbox", "near the contact", {});
+  const angle = G.control("range", "angle", { min: 0, max: 1, step: 0.001, value: 0.5 });
+  const through = G.control("checkbox", `${members[1].name} see-through`, { checked: !data.middle_m || Boolean(curves) });
+  const near = G.control("checkbox", "near the contact", {});
   const readout = G.element("p", "", "note");
 
   // The pair in space.
   const far = members.map((m) => { let most = 0; for (let i = 0; i < m.surface.points.length; i++) most = Math.max(most, Math.abs(m.surface.points[i])); return most; });
   const axisOf = (m) => m.rotation.slice(6, 9);
   const middle = [0, 1, 2].map((k) => 0.15 * (axisOf(members[0])[k] * far[0]) + 0.1 * axisOf(members[1])[k] * far[1]);
-  const home = { yaw: 0.7, tilt: 0.55, zoom: 1, centre: data.middle_m ?? middle, size: data.size_m ?? 1.95 * Math.max(...far), up: axisOf(members[1]) };
+  const home = { yaw: 0.7, tilt: 0.55, zoom: 1, centre: data.middle_m ?? middle, size: data.size_m ?? 2.15 * Math.max(...far), up: axisOf(members[1]) };
   const space = G.space(left, (width) => Math.round(Math.min(0.85 * width, 520)), home);
   space.canvas.setAttribute("aria-label", `${named(members[0].name)} (${members[0].teeth} ${members[0].name === "worm" ? "starts" : "teeth"}, blue) and ${members[1].name} (${members[1].teeth} teeth, orange) in mesh. Arrow keys turn the view, + and − zoom, 0 shows all.`);
   const bodies = members.map((m) => {
@@ -84,7 +76,7 @@ G.kind("pair", (data, host) => {
   const state = { index: -1, from: 0, to: 0, patterns: [null, null] };
   const [v, h] = contact ? ["V, offset", "H, pinion axial"].map((name, k) => {
     const values = [contact.offsets_m, contact.pinion_axials_m][k];
-    return { values, ...control("range", name, { min: 0, max: values.length - 1, step: 1, value: (values.length - 1) / 2 }) };
+    return { values, ...G.control("range", name, { min: 0, max: values.length - 1, step: 1, value: (values.length - 1) / 2 }) };
   }) : [];
   const isMiddle = () => [v, h].every((s) => 2 * Number(s.input.value) === s.values.length - 1);
   function choose() {
@@ -142,7 +134,7 @@ G.kind("pair", (data, host) => {
   // A curve of space as a tube.
   function tube(points, radius) {
     const count = points.length / 3, at = (i) => [0, 1, 2].map((k) => points[3 * i + k]);
-    const unit = (v) => v.map((x) => x / (Math.hypot(...v) || 1)), cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const { unit, cross } = G.vectors;
     const all = [];
     let side = [0.3, 0.5, 0.8];
     for (let i = 0; i < count; i++) {
@@ -221,8 +213,7 @@ G.kind("pair", (data, host) => {
     const below = [ROOM, 2 * ROOM + flat[0].high * scale];
     ctx.font = "12px system-ui, sans-serif";
     members.forEach((m, k) => {
-      const [tr, hr, ht, tt] = m.corners_m;
-      const at = ([f, h]) => { const p = [0, 1].map((n) => (1 - h) * ((1 - f) * tr[n] + f * hr[n]) + h * ((1 - f) * tt[n] + f * ht[n])); return [EDGE + (p[0] - flat[k].x) * scale, below[k] + (flat[k].y - p[1]) * scale]; };
+      const at = ([f, h]) => { const p = G.onCorners(m.corners_m, f, h); return [EDGE + (p[0] - flat[k].x) * scale, below[k] + (flat[k].y - p[1]) * scale]; };
       ctx.fillStyle = G.colour("--text");
       ctx.fillText(`${m.name}: toe left, root below`, EDGE, below[k] - 5);
       const trace = (places) => { ctx.beginPath(); places.forEach((p, n) => ctx[n ? "lineTo" : "moveTo"](...at(p))); };
@@ -279,7 +270,7 @@ G.kind("pair", (data, host) => {
     ctx.textAlign = "right";
     for (const te of [low, most]) ctx.fillText(te.toFixed(1).replace("-", "−"), left - 5, y(te) + 4);
     ctx.textAlign = "left";
-    ctx.fillText("transmission error, arcsec, over one pitch of the pinion", left, top + high + 16);
+    ctx.fillText("transmission error over one pitch, arcsec", left, top + high + 16);
   }
 
   const player = G.player(box, draw, 4);

@@ -36,6 +36,16 @@ G.player = (host, draw, period) => {
   return Object.assign(view, { button, show, set });
 };
 
+// A slider or a checkbox with its name; `values` are properties of the input.
+G.control = (type, name, values) => {
+  const input = G.element("input");
+  Object.assign(input, { type, ...values });
+  const label = G.element("label");
+  const text = G.element("span", name);
+  type === "checkbox" ? label.append(input, " ", text) : label.append(text, " ", input);
+  return { input, label, text };
+};
+
 // A canvas as wide as its host and sharp on its screen; `height` takes the width, CSS pixels.
 G.canvas = (host, height) => {
   const canvas = G.element("canvas");

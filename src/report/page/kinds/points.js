@@ -11,16 +11,8 @@ G.kind("points", (data, host) => {
   const centre = ends.map(([low, high]) => (low + high) / 2);
   const size = Math.hypot(...ends.map(([low, high]) => high - low)) || 1;
 
-  const box = G.element("div", undefined, "view");
-  const side = G.element("div", undefined, "side");
-  const stage = G.element("div", undefined, "moving");
-  const caption = G.element("p", "", "note");
-  box.append(side, stage);
-  host.append(box);
-  const { canvas, ctx, fit } = G.canvas(stage, (width) => Math.min(Math.max(0.6 * width, 220), 460));
-  stage.append(caption);
+  const { canvas, ctx, fit, player, choose } = G.modeView(host, modes, (width) => Math.min(Math.max(0.6 * width, 220), 460), draw);
   canvas.tabIndex = 0;
-  canvas.setAttribute("role", "img");
   canvas.style.touchAction = "none";
 
   const project = ([x, y, z]) => {
@@ -73,10 +65,6 @@ G.kind("points", (data, host) => {
     });
   }
 
-  const damped = modes.some((m) => m.damping_ratio !== null);
-  const row = (m) => [String(m.mode), G.number(m.frequency_hz), ...(damped ? [m.damping_ratio === null ? "–" : G.number(100 * m.damping_ratio, 3)] : [])];
-  const player = G.player(box, draw, 2);
-  side.before(player.button);
   function turn(across, up) {
     azimuth -= across;
     elevation = Math.min(Math.max(elevation + up, -Math.PI / 2), Math.PI / 2);
@@ -95,12 +83,8 @@ G.kind("points", (data, host) => {
     const step = { ArrowLeft: [-STEP, 0], ArrowRight: [STEP, 0], ArrowUp: [0, -STEP], ArrowDown: [0, STEP] }[event.key];
     if (step) { event.preventDefault(); event.stopPropagation(); turn(...step); }
   });
-  G.chooser(side, ["mode", "Hz", ...(damped ? ["ζ/%"] : [])], modes.map(row), 0, (k) => {
+  choose(0, (k) => {
     shape = take(k);
-    caption.textContent = `Mode ${modes[k].mode}, ${G.number(modes[k].frequency_hz)} Hz: grey at rest; rings are points that were not measured. Drag or ← → ↑ ↓ turn, a double click turns back.`;
-    canvas.setAttribute("aria-label", caption.textContent);
-    player.phase = 0;
-    player.show();
+    return `Mode ${modes[k].mode}, ${G.number(modes[k].frequency_hz)} Hz: grey at rest; rings are points that were not measured. Drag or ← → ↑ ↓ turn, a double click turns back.`;
   });
-  host.querySelector(".chooser").view = player;
 });

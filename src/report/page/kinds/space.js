@@ -10,10 +10,7 @@ G.space = (host, height, home) => {
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
 
-  // Vectors and matrices, columns first.
-  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const unit = (a) => a.map((v) => v / Math.hypot(...a));
+  const { cross, dot, unit } = G.vectors;
   // Directions across the axis that points up: the camera is turned about it, then tilted.
   function base(up) {
     const side = unit(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
@@ -111,9 +108,9 @@ void main() {
   }
 
   // Draws items: a mesh with `turn` (nine numbers, columns), `centre`, the angle `from` of the first of `count` copies a `pitch` apart, ink and opacity; `unlit` for marks.
-  let drawn = [];
+  view.items = [];
   view.draw = (items) => {
-    drawn = items;
+    view.items = items;
     const width = Math.max(host.clientWidth, 200), high = height(width);
     const scale = Math.min(devicePixelRatio, 2);
     const pixels = [width, high].map((v) => Math.round(v * scale));
@@ -196,7 +193,14 @@ void main() {
   }
 
   // The camera by mouse, touch and keys; a finger turns once the picture has the focus, else the page scrolls.
-  const redraw = () => view.draw(drawn);
+  const redraw = () => view.draw(view.items);
+  // Print takes the frame of WebGL that was shown last, in the colours of the screen: a copy of the light one is printed in its place.
+  addEventListener("beforeprint", () => {
+    const copy = Object.assign(G.element("canvas"), { className: "printed", width: canvas.width, height: canvas.height });
+    copy.getContext("2d").drawImage(canvas, 0, 0);
+    canvas.before(copy);
+    addEventListener("afterprint", () => copy.remove(), { once: true });
+  });
   const turn = (yaw, tilt) => {
     view.yaw += yaw;
     view.tilt = Math.min(Math.max(view.tilt + tilt, -1.5), 1.5);
@@ -235,8 +239,15 @@ void main() {
   return view;
 };
 G.spaces = [];
+G.vectors = {
+  cross: (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]],
+  dot: (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2],
+  unit: (a) => a.map((v) => v / (Math.hypot(...a) || 1)),
+};
+// A place between the corners of a flank, toe root, heel root, heel tip, toe tip, by its shares of face and height.
+G.onCorners = ([tr, hr, ht, tt], f, h) => [0, 1].map((n) => (1 - h) * ((1 - f) * tr[n] + f * hr[n]) + h * ((1 - f) * tt[n] + f * ht[n]));
 
-// Triangles of a grid of points, ring by ring: with `closed` the last ring joins the first, and each ring the same ring of the next copy, whose points follow all others.
+// Triangles of a grid of points, ring by ring.
 G.gridTriangles = (rings, around) => {
   const all = [];
   for (let i = 0; i + 1 < rings; i++) for (let k = 0; k + 1 < around; k++) {

@@ -18,7 +18,6 @@ G.kind("surface", (data, host) => {
   function choose(k) {
     const s = (chosen = surfaces[k]);
     space.free(shape);
-    const [tr, hr, ht, tt] = s.corners_m;
     const xs = s.corners_m.map((p) => p[0]), ys = s.corners_m.map((p) => p[1]);
     const [length, high] = [Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys)];
     const range = Math.max(s.highest_um - s.lowest_um, 1e-9);
@@ -27,8 +26,9 @@ G.kind("surface", (data, host) => {
     const [points, shades, whole] = [[], [], []];
     for (let i = 0; i < s.rows; i++) for (let j = 0; j < s.columns; j++) {
       const [h, f] = [i / (s.rows - 1), j / (s.columns - 1)];
-      const p = [0, 1].map((n) => (1 - h) * ((1 - f) * tr[n] + f * hr[n]) + h * ((1 - f) * tt[n] + f * ht[n]));
-      const share = (s.values_um[i * s.columns + j] - s.lowest_um) / range;
+      const p = G.onCorners(s.corners_m, f, h);
+      // No surface where there is no value.
+      const share = ((s.values_um[i * s.columns + j] ?? NaN) - s.lowest_um) / range;
       whole.push(Number.isFinite(share));
       points.push((p[0] - Math.min(...xs)) / length - 0.5, ((p[1] - Math.min(...ys)) / length) * up - (0.5 * high * up) / length, SHARE * ((Number.isFinite(share) ? share : 0) - 0.5));
       shades.push(...G.shade(Number.isFinite(share) ? share : 0));

@@ -7,13 +7,8 @@ G.kind("teeth", (data, host) => {
   const NEAR = 5.2; // pitches across the picture
   const box = G.element("div", undefined, "turning");
   const bar = G.element("div", undefined, "bar");
-  const slider = G.element("input");
-  Object.assign(slider, { type: "range", min: 0, max: 1, step: 0.001, value: 0 });
-  slider.setAttribute("aria-label", "angle of the pinion");
-  const whole = G.element("input");
-  whole.type = "checkbox";
-  const label = G.element("label");
-  label.append(whole, " whole gears");
+  const angle = G.control("range", "angle", { min: 0, max: 1, step: 0.001, value: 0 });
+  const whole = G.control("checkbox", "whole gears");
   const readout = G.element("span", "", "note");
   box.append(bar);
   host.append(box);
@@ -23,7 +18,7 @@ G.kind("teeth", (data, host) => {
 
   // Metres from the pitch point: the line of centres upwards, the pinion below.
   function scaleOf(width, height) {
-    if (!whole.checked) return Math.min(width / (NEAR * pitch * pinion.pitch_m), height / (9 * data.module_m));
+    if (!whole.input.checked) return Math.min(width / (NEAR * pitch * pinion.pitch_m), height / (9 * data.module_m));
     const ends = members.flatMap((m) => [-1, 1].map((s) => m.axis_m - pinion.pitch_m + s * outer(m)));
     return Math.min(width / (2 * Math.max(...members.map(outer))), height / (Math.max(...ends) - Math.min(...ends))) * 0.96;
   }
@@ -53,7 +48,7 @@ G.kind("teeth", (data, host) => {
     const scale = scaleOf(width, height);
     if (made !== scale) [shapes, made] = [members.map((m) => outline(m, scale)), scale];
     const ends = members.flatMap((m) => [-1, 1].map((s) => m.axis_m - pinion.pitch_m + s * outer(m)));
-    const middle = whole.checked ? 0.5 * (Math.max(...ends) + Math.min(...ends)) : 0;
+    const middle = whole.input.checked ? 0.5 * (Math.max(...ends) + Math.min(...ends)) : 0;
     const at = (x, y) => [width / 2 + x * scale, height / 2 - (y - middle) * scale];
     const turn = phase * pitch;
     const angles = [turn, ((gear.internal ? 1 : -1) * turn * pinion.teeth) / gear.teeth];
@@ -82,7 +77,7 @@ G.kind("teeth", (data, host) => {
     });
     const touching = contacts(turn);
     drawPath(at, touching);
-    slider.value = phase;
+    angle.input.value = phase;
     readout.textContent = `pinion at ${G.number((phase * 360) / pinion.teeth, 3)}°, ${touching.length} tooth pair${touching.length === 1 ? "" : "s"} in contact in this plane`;
   }
   const onPath = (d) => [d * Math.cos(data.pressure_angle_rad), d * Math.sin(data.pressure_angle_rad)];
@@ -103,7 +98,7 @@ G.kind("teeth", (data, host) => {
     ctx.lineTo(...at(...onPath(path.at(-1).at_m)));
     ctx.stroke();
     ctx.font = "11px system-ui, sans-serif";
-    for (const point of whole.checked ? [] : path) {
+    for (const point of whole.input.checked ? [] : path) {
       const [x, y] = at(...onPath(point.at_m));
       ctx.beginPath();
       ctx.arc(x, y, 2, 0, 2 * Math.PI);
@@ -120,9 +115,9 @@ G.kind("teeth", (data, host) => {
   }
 
   const player = G.player(box, draw, 3);
-  bar.append(player.button, " ", slider, " ", label, " ", readout);
-  slider.addEventListener("input", () => { player.set(false); player.phase = Number(slider.value); player.show(); });
-  whole.addEventListener("change", () => player.show());
+  bar.append(player.button, angle.label, whole.label, readout);
+  angle.input.addEventListener("input", () => { player.set(false); player.phase = Number(angle.input.value); player.show(); });
+  whole.input.addEventListener("change", () => player.show());
   host.append(G.element("p", `Blue: pinion, ${pinion.teeth} teeth, drives; orange: gear, ${gear.teeth} teeth. Dotted: base circles; chained: pitch circles; A to E: path of contact; green: where flanks touch.`, "note"));
   player.show();
 });
