@@ -218,6 +218,19 @@ const SHEET: &[Setting] = &[
     ("edge radius", "ρ_e [mm]", "edge_radius_mm", |c| {
         Some(1e3 * c.cutter.edge_radius)
     }),
+    ("profile radius", "R_b [mm]", "profile_radius_mm", |c| {
+        let curvature = c.cutter.profile_curvature;
+        (curvature != 0.0).then_some(1e3 / curvature)
+    }),
+    ("profile height", "h_p [mm]", "profile_height_mm", |c| {
+        (c.cutter.profile_curvature != 0.0).then_some(1e3 * c.cutter.profile_height)
+    }),
+    ("Toprem angle", "Δα_t [deg]", "toprem_angle_deg", |c| {
+        Some(c.cutter.toprem?.angle.to_degrees())
+    }),
+    ("Toprem depth", "h_t [mm]", "toprem_depth_mm", |c| {
+        Some(1e3 * c.cutter.toprem?.depth)
+    }),
     ("radial distance", "S_r [mm]", "radial_distance_mm", |c| {
         Some(1e3 * c.settings.radial_distance)
     }),

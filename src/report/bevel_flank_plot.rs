@@ -2,8 +2,9 @@
 
 use super::bevel_plot::{Flat, MARGIN, Scale, TOP, key};
 use super::svg::{Anchor, BLACK, BLUE, Canvas, GREY, LineStyle, ORANGE, Point2, WIDTH, render_svg};
-use crate::gear::bevel::flank_lines::{ContactLines, SharesLine};
+use crate::gear::bevel::flank_lines::ContactLines;
 use crate::gear::bevel::tooth::SIDES;
+use crate::gear::bevel::zero_curves::SharesLine;
 use crate::plan::gear::bevel_member::{FlankResult, MemberResult};
 use crate::plan::gear_limits::MEMBERS;
 

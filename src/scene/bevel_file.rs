@@ -10,6 +10,7 @@ use super::bevel_blank::{
 };
 use super::correction_study::{CorrectionStudy, correction};
 use super::cut_study::{self, CutStudy};
+use super::cutter_table;
 use super::machine_settings::{FlankCut, FlankTable, Process, SettingsTable, settings};
 use super::mesh_torques::torques;
 use crate::base::code::Code;
@@ -31,6 +32,7 @@ use crate::gear::bevel::tooth::SIDES;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::contact::contact_path::PITCHES;
 use crate::gear::contact::pair::Assembly;
+use crate::gear::cylindrical::member::MEMBERS;
 
 /// A pair of bevel gears as its file describes it.
 #[derive(Debug, Clone)]
@@ -481,6 +483,13 @@ impl MemberTable {
             mean_cone_distance: blank.mean_cone_distance,
             pitch_apex: blank.pitch_apex,
         });
+        let flanks = self.flanks.map(|flank| Some(flank?.on(&blank)));
+        for (flank, side) in flanks.iter().zip(SIDES) {
+            if let Some(cut) = flank {
+                let place = (side, MEMBERS[member]);
+                cutter_table::check(&cut.cutter, section.depth(), place, &self.span)?;
+            }
+        }
         Ok(BevelMember {
             straight,
             teeth: self.teeth,
@@ -488,7 +497,7 @@ impl MemberTable {
             section,
             process: self.process,
             thickness: self.thickness,
-            flanks: self.flanks.map(|flank| Some(flank?.on(&blank))),
+            flanks,
             span: self.span,
         })
     }

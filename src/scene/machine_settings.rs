@@ -1,14 +1,15 @@
-//! Keys of a cutter and of the settings of a face-mill generator: a key of a flank lies over the same key of its gear.
+//! Keys of the settings of a face-mill generator: a key of a flank lies over the same key of its gear.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::cutter_table::{CutterTable, cutter};
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 use crate::base::tables::read_table;
 use crate::gear::bevel::blank::Blank;
-use crate::gear::bevel::cutter::{Blade, Cutter};
+use crate::gear::bevel::cutter::Cutter;
 use crate::gear::bevel::rough_settings::rough_settings;
 use crate::gear::bevel::settings::{MachineSettings, Roll};
 use crate::gear::bevel::straight::StraightProfile;
@@ -85,9 +86,7 @@ impl FlankTable {
 /// Keys of settings as written; none where left out.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SettingsTable {
-    point_radius: Option<f64>,
-    blade_angle: Option<f64>,
-    edge_radius: Option<f64>,
+    cutter: CutterTable,
     radial_distance: Option<f64>,
     eccentric_angle: Option<f64>,
     machine_constant: Option<f64>,
@@ -105,7 +104,6 @@ pub struct SettingsTable {
     spiral_angle: Option<f64>,
 }
 
-const BLADE_ANGLE: ValueRange = ValueRange::Open(0.0, 1.2, "above 0° and below 68°");
 const ROOT_ANGLE: ValueRange = ValueRange::Open(-FRAC_PI_2, 3.0, "above −90° and below 171°");
 const ECCENTRIC_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
 const SPIRAL_ANGLE: ValueRange = ValueRange::HalfOpen(0.0, 1.2, "at least 0° and below 69°");
@@ -129,6 +127,7 @@ pub fn settings(f: &mut TableReader) -> SettingsTable {
     f.exclusive("radial_distance", "eccentric_angle");
     f.exclusive("cradle_over_work", "work_over_cradle");
     let table = SettingsTable {
+        cutter,
         radial_distance: f.optional_quantity(
             "radial_distance",
             QuantityKind::Length,
@@ -152,7 +151,6 @@ pub fn settings(f: &mut TableReader) -> SettingsTable {
         work_over_cradle: f.optional_number("work_over_cradle", ValueRange::Positive),
         modified_roll: MODIFIED_ROLL.map(|key| f.optional_number(key, ValueRange::Any)),
         spiral_angle: angle(f, "spiral_angle", SPIRAL_ANGLE),
-        ..cutter
     };
     for key in ["cradle_over_work", "work_over_cradle"] {
         let extreme = |ratio: &f64| !(1e-4..1e4).contains(ratio);
@@ -165,23 +163,6 @@ pub fn settings(f: &mut TableReader) -> SettingsTable {
     table
 }
 
-fn cutter(f: &mut TableReader) -> SettingsTable {
-    SettingsTable {
-        point_radius: f.optional_quantity(
-            "point_radius",
-            QuantityKind::Length,
-            ValueRange::Positive,
-        ),
-        blade_angle: f.optional_quantity("blade_angle", QuantityKind::Angle, BLADE_ANGLE),
-        edge_radius: f.optional_quantity(
-            "edge_radius",
-            QuantityKind::Length,
-            ValueRange::NotNegative,
-        ),
-        ..SettingsTable::default()
-    }
-}
-
 impl SettingsTable {
     /// These keys over those of the gear. A key takes the place of another name of the same setting.
     pub fn over(self, gear: SettingsTable) -> SettingsTable {
@@ -189,9 +170,7 @@ impl SettingsTable {
         let has_ratio = self.cradle_over_work.or(self.work_over_cradle).is_some();
         let unless = |taken: bool, value: Option<f64>| value.filter(|_| !taken);
         SettingsTable {
-            point_radius: self.point_radius.or(gear.point_radius),
-            blade_angle: self.blade_angle.or(gear.blade_angle),
-            edge_radius: self.edge_radius.or(gear.edge_radius),
+            cutter: self.cutter.over(gear.cutter),
             radial_distance: (self.radial_distance).or(unless(has_radial, gear.radial_distance)),
             eccentric_angle: (self.eccentric_angle).or(unless(has_radial, gear.eccentric_angle)),
             machine_constant: self.machine_constant.or(gear.machine_constant),
@@ -224,6 +203,7 @@ impl SettingsTable {
         process: Process,
         root_angle: Option<f64>,
     ) -> Option<FlankTable> {
+        let cutter = self.cutter.of_flank(f, side);
         let mut complete = true;
         let mut need = |f: &mut TableReader, value: Option<f64>, key: &str, hint: &str| {
             if value.is_none() {
@@ -233,19 +213,6 @@ impl SettingsTable {
                 f.report(Code::MissingKey, message, &span, hint);
             }
             value.unwrap_or(f64::NAN)
-        };
-        let in_cutter = "give it in `cutter` of the flank or of the gear";
-        let point_radius = need(f, self.point_radius, "point_radius", in_cutter);
-        let blade_angle = need(f, self.blade_angle, "blade_angle", in_cutter);
-        let blade = match side {
-            "concave" => Blade::Outside,
-            _ => Blade::Inside,
-        };
-        let cutter = Cutter {
-            blade,
-            point_radius,
-            blade_angle,
-            edge_radius: self.edge_radius.unwrap_or(0.0),
         };
         if let Some(spiral_angle) = self.spiral_angle {
             if self.states_settings() {
@@ -258,8 +225,8 @@ impl SettingsTable {
                 f.report(Code::Conflict, message, &span, hint);
                 return None;
             }
-            return complete.then_some(FlankTable::SpiralAngle {
-                cutter,
+            return Some(FlankTable::SpiralAngle {
+                cutter: cutter?,
                 spiral_angle,
                 generated: process == Process::Generated,
             });
@@ -320,7 +287,7 @@ impl SettingsTable {
                 None
             }
         };
-        complete.then(|| {
+        cutter.filter(|_| complete).map(|cutter| {
             FlankTable::Settings(FlankCut {
                 cutter,
                 settings: MachineSettings {

@@ -7,6 +7,8 @@ pub mod gear_mesh;
 /// Torques at the pinion of a gear file.
 mod mesh_torques;
 
+mod cutter_table;
+
 pub mod machine_settings;
 
 pub mod correction_study;

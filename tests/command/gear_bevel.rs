@@ -398,6 +398,34 @@ fn refuses_wrong_bevel_files() {
         message.contains("below 68°") && !message.contains("has no"),
         "{message}"
     );
+    let blade = "blade_angle = \"18.045669752 deg\"";
+    for (keys, words) in [
+        ("profile_radius = \"400 mm\"", "no `profile_height`"),
+        ("toprem_depth = \"2 mm\"", "no `toprem_angle`"),
+        (
+            "profile_radius = \"0 mm\", profile_height = \"3 mm\"",
+            "must not be 0",
+        ),
+        (
+            "profile_radius = \"-8 mm\", profile_height = \"3 mm\"",
+            "`profile_radius` -8.000 mm turns the blade",
+        ),
+        (
+            "toprem_angle = \"2 deg\", toprem_depth = \"20 mm\"",
+            "reaches beyond the tooth",
+        ),
+        (
+            "toprem_angle = \"19 deg\", toprem_depth = \"2 mm\"",
+            "not below the angle of the blade at `toprem_depth`, 18.046°",
+        ),
+        (
+            "toprem_angle = \"2 deg\", toprem_depth = \"0.5 mm\", edge_radius = \"1 mm\"",
+            "the edge radius ends 0.724 mm above the tip plane, not below the end of the Toprem at 0.500 mm",
+        ),
+    ] {
+        let message = of(blade, &format!("{blade}, {keys}"));
+        assert!(message.contains(words), "{words}: {message}");
+    }
     for (flags, words) in [
         (["--slices", "9"], "--slices does nothing here"),
         (

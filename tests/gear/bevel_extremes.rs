@@ -31,10 +31,8 @@ enum Outcome {
 /// The flank that rough settings cut on a blank.
 fn outcome(blank: &Blank, radius: f64, spiral_angle: f64, hand: Hand, blade: Blade) -> Outcome {
     let cutter = Cutter {
-        blade,
-        point_radius: radius,
-        blade_angle: 20f64.to_radians(),
         edge_radius: 0.08 * blank.section().unwrap().depth(),
+        ..Cutter::straight(blade, radius, 20f64.to_radians())
     };
     let settings = rough_settings(blank, &cutter, spiral_angle);
     let flank = BevelFlank::new(&cutter, &settings, hand, blank.section().unwrap());

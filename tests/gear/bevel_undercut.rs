@@ -41,10 +41,8 @@ fn ref_undercut_along_a_flank() {
     let heights = [(Blade::Outside, 95.0), (Blade::Inside, 95.5)].map(|(blade, point_radius)| {
         let heights = [0.0, 0.8].map(|edge_radius| {
             let cutter = Cutter {
-                blade,
-                point_radius,
-                blade_angle: 20f64.to_radians(),
                 edge_radius,
+                ..Cutter::straight(blade, point_radius, 20f64.to_radians())
             };
             let settings = rough_settings(&blank, &cutter, 35f64.to_radians());
             let flank = BevelFlank::new(&cutter, &settings, Hand::Left, section);

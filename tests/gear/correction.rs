@@ -105,12 +105,25 @@ fn distances(
     nodes.iter().map(distance).collect()
 }
 
-/// `n·∂r/∂p` of every setting and cutter parameter, on a tilted machine with modified roll and helical motion of either hand, against fourth-order
+/// `n·∂r/∂p` of every setting and cutter parameter, of straight and curved blades on a tilted machine with modified roll and helical motion of either hand, against fourth-order
 /// differences of the exact envelope.
 #[test]
 fn law_columns_are_derivatives_of_the_envelope() {
-    for hand in [Hand::Left, Hand::Right] {
+    let curved = |setup: FlankSetup| FlankSetup {
+        cutter: Cutter {
+            profile_curvature: 1.0 / 0.3,
+            profile_height: 0.004,
+            ..setup.cutter
+        },
+        ..setup
+    };
+    for (hand, is_curved) in [
+        (Hand::Left, false),
+        (Hand::Right, false),
+        (Hand::Left, true),
+    ] {
         let (setup, section) = gear();
+        let setup = if is_curved { curved(setup) } else { setup };
         let setup = [
             (Setting::TiltCosine, 0.004),
             (Setting::TiltSine, -0.003),

@@ -163,7 +163,7 @@ fn law_run_out_leaves_fewer_blades() {
     let cut = Cut::of("pinion_concave");
     let (cutter, ..) = machine_of(&cut.case, cut.name);
     let point = cut.point(0.5, 0.5);
-    let n = cutter.cone(1.0).jet([0.5, 0.0]).unwrap().n;
+    let n = cutter.surfaces(1.0).blade.jet([0.5, 0.0]).unwrap().n;
     const BLADES: u32 = 4;
     let feed = feed(BLADES, 0.5);
     let h = cut.regular(feed).scallop(&point).unwrap();

@@ -18,12 +18,11 @@ use crate::verification::within;
 
 /// A cutter of two blades, 80 and 82 mm, m.
 fn straight(blade: Blade) -> Cutter {
-    Cutter {
+    Cutter::straight(
         blade,
-        point_radius: if blade == Blade::Inside { 0.080 } else { 0.082 },
-        blade_angle: 0.35,
-        edge_radius: 0.0,
-    }
+        if blade == Blade::Inside { 0.080 } else { 0.082 },
+        0.35,
+    )
 }
 
 /// A cutter that plunges along its axis into a flat face: passes at the depths `d` and `d − f` leave the chip `A(d) − A(d − f)`,

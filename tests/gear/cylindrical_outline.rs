@@ -11,7 +11,7 @@ use geardyn::internals::gear::cylindrical::outline::ToothOutline;
 use geardyn::internals::gear::kernel::envelope::Envelope;
 use geardyn::internals::gear::kernel::law::Law;
 use geardyn::internals::gear::kernel::plane::{gear_rolling, plane_envelope, rack_rolling};
-use geardyn::internals::gear::kernel::tool::{Arc, Curve, Line, Tool};
+use geardyn::internals::gear::kernel::tool::{Arc, Curve, Tool};
 use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
 
@@ -107,28 +107,27 @@ fn exact_outline_is_the_envelope_of_its_rack() {
         let shift = outline.generating_shift * m;
         let share = |i: usize| i as f64 / 20.0;
         let places: Vec<_> = (0..=20).map(|i| outline.involute_point(share(i))).collect();
-        let line = Line {
-            point: across * (FRAC_PI_4 * m) + Vector::Y * shift,
-            direction: across * sine + Vector::Y * cosine,
-            range: [-3.0 * m, 3.0 * m],
-        };
+        let line = Arc::straight(
+            across * (FRAC_PI_4 * m) + Vector::Y * shift,
+            across * sine + Vector::Y * cosine,
+            [-3.0 * m, 3.0 * m],
+        );
         involutes = involutes.max(against_rack(&member, line, &places, |_| 0.0));
         // Offset line of the protuberance, then the centre at the radius inside it.
         let depth = rack.dedendum - rack.tip_radius;
         let aside =
             (FRAC_PI_4 * cosine + rack.protuberance - rack.tip_radius - sine * depth) / cosine;
-        let arc = Arc {
-            centre: across * (aside * m) + Vector::Y * (shift - depth * m),
-            radius: rack.tip_radius * m,
-            first: Vector::Y * -1.0,
-            second: across,
-            range: [0.0, FRAC_PI_2],
-        };
+        let arc = Arc::about(
+            across * (aside * m) + Vector::Y * (shift - depth * m),
+            rack.tip_radius * m,
+            [Vector::Y * -1.0, across],
+            [0.0, FRAC_PI_2],
+        );
         // At the root circle itself the radius is stationary.
         let places: Vec<_> = (1..=20).map(|i| outline.fillet_point(share(i))).collect();
         let end = FRAC_PI_2 - gear.pressure_angle;
         fillets = fillets.max(against_rack(&member, arc, &places, |s| {
-            end * (0.1 + 0.85 * s)
+            rack.tip_radius * m * end * (0.1 + 0.85 * s)
         }));
     }
     within("involute of a rack, modules", involutes, 1e-12);
@@ -166,13 +165,12 @@ fn exact_ring_fillet_is_the_envelope_of_its_shaper() {
         let aside =
             FRAC_PI_2 / f64::from(shaper) + inv(alpha) - rho / base - inv((roll / base).atan());
         // The ring's centre lies at −x of the shaper's; a space's middle starts on +x.
-        let arc = Arc {
-            centre: Vector::new(centre * aside.cos(), -centre * aside.sin(), 0.0),
-            radius: rho,
-            first: Vector::X,
-            second: Vector::Y * -1.0,
-            range: [-0.5, 2.0],
-        };
+        let arc = Arc::about(
+            Vector::new(centre * aside.cos(), -centre * aside.sin(), 0.0),
+            rho,
+            [Vector::X, Vector::Y * -1.0],
+            [-0.5, 2.0],
+        );
         let ratio = f64::from(shaper) / f64::from(teeth);
         let motion = gear_rolling::<Work, Shaper>(-distance, Law::linear(ratio));
         let envelope = plane_envelope(arc, motion, [-0.6, 0.6]);
@@ -180,7 +178,7 @@ fn exact_ring_fillet_is_the_envelope_of_its_shaper() {
             let [r, psi] = outline.fillet_point(f64::from(i) / 20.0);
             let start = |u: f64| envelope.motion_parameters([u, 0.0]);
             // The rounding turns with the shaper: u runs over less than the angle θ of its normal.
-            let u = 0.03 * f64::from(i) * (FRAC_PI_2 - working);
+            let u = rho * 0.03 * f64::from(i) * (FRAC_PI_2 - working);
             let x = start(u)
                 .into_iter()
                 .min_by(|a, b| a.abs().total_cmp(&b.abs()))

@@ -371,7 +371,7 @@ fn exact_theory_of_twisted_flanks() {
         // An arc through P in a slanted plane, swept by a screw that moves P in the tangent plane.
         let tangent = at.tooth * 0.8 + across * 0.6;
         let bend = normal * 0.9 + (across * 0.8 - at.tooth * 0.6) * 0.435_889_894_354_067_4;
-        let arc = Arc::circle(point + bend * 70.0, 70.0, -bend, tangent);
+        let arc = Arc::about(point + bend * 70.0, 70.0, [-bend, tangent], [-1.0, 1.0]);
         let w = Vector::new(0.3, random.between(-0.5, 0.5), 0.7);
         let swept = across * 40.0 - at.tooth * 9.0;
         let screw = Twist {

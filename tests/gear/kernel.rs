@@ -10,7 +10,7 @@ use geardyn::internals::gear::kernel::plane::{
     ProfilePoint, gear_rolling, plane_envelope, rack_rolling,
 };
 use geardyn::internals::gear::kernel::pose::{Point, Pose};
-use geardyn::internals::gear::kernel::tool::{Arc, Line};
+use geardyn::internals::gear::kernel::tool::Arc;
 use geardyn::internals::gear::kernel::vector::Vector;
 
 use crate::verification::{printed, within};
@@ -29,12 +29,12 @@ fn involute(cos_alpha: f64) -> f64 {
 }
 
 /// The straight flank of a rack that makes the right flank of a tooth: the metal of the work on its left.
-fn rack_flank(alpha: f64, half: f64) -> Line {
-    Line {
-        point: Vector::ZERO,
-        direction: Vector::new(-alpha.sin(), alpha.cos(), 0.0),
-        range: [-half, half],
-    }
+fn rack_flank(alpha: f64, half: f64) -> Arc {
+    Arc::straight(
+        Vector::ZERO,
+        Vector::new(-alpha.sin(), alpha.cos(), 0.0),
+        [-half, half],
+    )
 }
 
 /// A rack's straight flank generates the involute of the circle r cos α: place, normal tangent to the base circle, curvature 1/ρ.
@@ -151,13 +151,7 @@ fn exact_fillet_of_a_tip_arc() {
     // Centre of the arc below the pitch line; the rounding lies between the tip line and the straight flank.
     let centre = Vector::new(1.9, -2.3, 0.0);
     // The gear's metal lies outside the circle: the arc runs clockwise.
-    let arc = Arc {
-        centre,
-        radius: rho,
-        first: Vector::Y,
-        second: Vector::X,
-        range: [0.5 * PI + alpha, PI],
-    };
+    let arc = Arc::about(centre, rho, [Vector::Y, Vector::X], [0.5 * PI + alpha, PI]);
     let motion = rack_rolling::<Work, Rack>(r, 0.4);
     let envelope = plane_envelope(arc, motion, [-1.0, 1.0]);
     let (mut places, mut normals, mut curvatures, mut count) = (0f64, 0f64, 0f64, 0);
@@ -224,20 +218,19 @@ fn ref_conjugate_under_a_linear_ratio() {
     let radial = Vector::new(at.cos(), -at.sin(), 0.0);
     let across = Vector::new(at.sin(), at.cos(), 0.0);
     let inward = -across * 20f64.to_radians().cos() - radial * 20f64.to_radians().sin();
-    let arc = Arc {
-        centre: pitch_radius * radial + 20.0 * inward,
-        radius: 20.0,
-        first: -inward,
-        second: Vector::Z.cross(inward),
-        range: [-0.2, 0.2],
-    };
+    let arc = Arc::about(
+        pitch_radius * radial + 20.0 * inward,
+        20.0,
+        [-inward, Vector::Z.cross(inward)],
+        [-0.2, 0.2],
+    );
     let motion = gear_rolling::<Work, Rack>(a, Law::function(law));
     let envelope = plane_envelope(arc, motion, [at - 0.4, at + 0.4]);
     let (mut law_of_gearing, mut count) = (0f64, 0);
     for i in -10..=10 {
-        for x in envelope.motion_parameters([0.01 * f64::from(i), 0.0]) {
+        for x in envelope.motion_parameters([0.2 * f64::from(i), 0.0]) {
             let p = envelope
-                .point([0.01 * f64::from(i), 0.0, x])
+                .point([0.2 * f64::from(i), 0.0, x])
                 .unwrap()
                 .profile();
             // In gear 1: the instant centre on the line of centres, r₁ = a i₂₁/(1 + i₂₁).

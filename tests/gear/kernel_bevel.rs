@@ -5,7 +5,7 @@ use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::law::Law;
 use geardyn::internals::gear::kernel::motion::Motion;
 use geardyn::internals::gear::kernel::pose::Pose;
-use geardyn::internals::gear::kernel::tool::{Line, Tool};
+use geardyn::internals::gear::kernel::tool::{Arc, Tool};
 use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
 use serde_json::Value;
@@ -20,7 +20,7 @@ struct Machine;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Work;
 
-type Flank = Envelope<Tool<Line, Cutter>, Work>;
+type Flank = Envelope<Tool<Arc, Cutter>, Work>;
 
 /// The machine of NASA CR-191009 in the words of c12: cone about x, cradle about x, work axis z; a law is added to the turn of the work.
 fn nasa_flank(settings: &Value, error: Option<Law>) -> Flank {
@@ -29,11 +29,11 @@ fn nasa_flank(settings: &Value, error: Option<Law>) -> Flank {
     let (h, r, psi, s) = (get("h"), get("r"), angle("psi"), get("s"));
     let (em, lm, root, mu) = (get("em"), get("lm"), angle("deden"), angle("mu"));
     let (sin, cos) = (h * angle("q")).sin_cos();
-    let blade = Line {
-        point: Vector::new(r / psi.tan(), 0.0, 0.0),
-        direction: Vector::new(-psi.cos(), 0.0, psi.sin()),
-        range: [7.0, 11.0],
-    };
+    let blade = Arc::straight(
+        Vector::new(r / psi.tan(), 0.0, 0.0),
+        Vector::new(-psi.cos(), 0.0, psi.sin()),
+        [7.0, 11.0],
+    );
     let tool = Tool::new(blade, Twist::turn(-Vector::X, Vector::ZERO));
     let mut motion = Motion::fixed(Pose::<Cutter, Cutter>::turned(Vector::X, h * angle("q")))
         .then(Pose::<Machine, Cutter>::shifted(Vector::new(
@@ -156,11 +156,11 @@ impl Generator {
     fn flank(&self) -> Flank {
         let (sin, cos) = self.blade_angle.sin_cos();
         // Inside: n = (cos a, 0, −sin a) at θ = 0; outside: (−cos a, 0, −sin a).
-        let blade = Line {
-            point: self.point_radius * Vector::X,
-            direction: Vector::new(-self.side * sin, 0.0, -cos),
-            range: [-5.0, 20.0],
-        };
+        let blade = Arc::straight(
+            self.point_radius * Vector::X,
+            Vector::new(-self.side * sin, 0.0, -cos),
+            [-5.0, 20.0],
+        );
         let tool = Tool::new(blade, Twist::turn(Vector::Z, Vector::ZERO));
         let tool = if self.side > 0.0 {
             tool
@@ -289,11 +289,11 @@ fn exact_equation_of_meshing_of_a_flat_crown_gear() {
         let (dl, de, db) = (around(0.0, 3.0), around(0.0, 5.0), around(0.0, 2.0));
         let (i0, theta) = (around(0.8, 0.1), around(2.2, 0.1));
         // The cone of c12 about x with the apex towards −x; at the cradle angle 0 the blade's angle θ − ψ counts from the crown's own line.
-        let blade = Line {
-            point: Vector::new(-r / alpha.tan() - db, 0.0, 0.0),
-            direction: Vector::new(alpha.cos(), 0.0, alpha.sin()),
-            range: [-500.0, 1000.0],
-        };
+        let blade = Arc::straight(
+            Vector::new(-r / alpha.tan() - db, 0.0, 0.0),
+            Vector::new(alpha.cos(), 0.0, alpha.sin()),
+            [-500.0, 1000.0],
+        );
         let tool = Tool::<_, Cutter>::new(blade, Twist::turn(-Vector::X, Vector::ZERO));
         let motion = Motion::fixed(Pose::<Cutter, Cutter>::turned(Vector::X, -psi))
             .then(Pose::<Machine, Cutter>::shifted(Vector::new(

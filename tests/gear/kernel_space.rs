@@ -1,6 +1,6 @@
 //! The kernel of meshing in space: screw axes, curvature, helicoids from wheels, canal surface, hobs under two motions.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use geardyn::internals::gear::kernel::envelope::Envelope;
 use geardyn::internals::gear::kernel::jet::Surface;
@@ -8,7 +8,7 @@ use geardyn::internals::gear::kernel::law::Law;
 use geardyn::internals::gear::kernel::motion::Motion;
 use geardyn::internals::gear::kernel::pose::Pose;
 use geardyn::internals::gear::kernel::second_order::Curvature;
-use geardyn::internals::gear::kernel::tool::{Arc, Curve, Line, Tool};
+use geardyn::internals::gear::kernel::tool::{Arc, Curve, Tool};
 use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
 
@@ -67,7 +67,12 @@ fn ref_screw_axis() {
 fn ref_induced_curvature_of_a_torus() {
     let case = case("c51_induced_curvature_torus");
     let expected = &case["expected"];
-    let arc = Arc::circle(Vector::new(112.0, 7.0, 3.0), 30.0, Vector::X, Vector::Z);
+    let arc = Arc::about(
+        Vector::new(112.0, 7.0, 3.0),
+        30.0,
+        [Vector::X, Vector::Z],
+        [0.0, TAU],
+    );
     // The case's normal is r_u × r_v; its tube is parametrised as this arc.
     let torus = Tool::<_, Wheel>::new(arc, Twist::turn(Vector::Z, Vector::new(12.0, 7.0, 3.0)));
     let polynomial = |c1, c2, c3| Law::Polynomial([0.0, c1, c2, c3, 0.0, 0.0]);
@@ -85,7 +90,7 @@ fn ref_induced_curvature_of_a_torus() {
             Twist::turn(Vector::Z, Vector::ZERO),
             polynomial(-1.7, -0.11, -0.05),
         );
-    let u = number(&expected["u"]);
+    let u = 30.0 * number(&expected["u"]);
     let (v, q) = (0.7, 0.2);
     let envelope = Envelope {
         surface: torus,
@@ -168,11 +173,7 @@ fn exact_plane_wheel_to_involute_helicoid() {
     let normal = Vector::new(0.0, -sin, cos);
     // A disk in the plane through the origin, its centre 80 away: a line across its axis, turned about it.
     let centre = Vector::new(80.0, 0.0, 0.0);
-    let line = Line {
-        point: centre,
-        direction: -Vector::X,
-        range: [0.0, 79.0],
-    };
+    let line = Arc::straight(centre, -Vector::X, [0.0, 79.0]);
     let wheel = Tool::<_, Wheel>::new(line, Twist::turn(normal, centre));
     let motion = Motion::fixed(Pose::<Work, Wheel>::shifted(Vector::ZERO)).joint(
         Twist::screw(Vector::Z, Vector::ZERO, pitch),
@@ -217,10 +218,7 @@ fn exact_plane_wheel_to_involute_helicoid() {
 fn exact_ball_to_canal_surface() {
     let (helix, pitch, ball) = (20.0, 5.0, 3.0);
     let centre = helix * Vector::X;
-    let arc = Arc {
-        range: [-1.5, 1.5],
-        ..Arc::circle(centre, ball, Vector::X, Vector::Z)
-    };
+    let arc = Arc::about(centre, ball, [Vector::X, Vector::Z], [-1.5, 1.5]);
     let motion = Motion::fixed(Pose::<Work, Wheel>::shifted(Vector::ZERO)).joint(
         Twist::screw(Vector::Z, Vector::ZERO, pitch),
         Law::linear(1.0),
@@ -336,11 +334,7 @@ fn exact_wheel_to_helicoid() {
     let alpha = 20f64.to_radians();
     let mean = tool_radius * -Vector::X + shift * Vector::X;
     let direction = -Vector::X * alpha.cos() - axis * alpha.sin();
-    let cone = Line {
-        point: mean,
-        direction,
-        range: [-5.0, 6.0],
-    };
+    let cone = Arc::straight(mean, direction, [-5.0, 6.0]);
     within(
         "cone wheel, mm",
         axial_section_error(cone, shift, tilt, pitch),
@@ -348,13 +342,12 @@ fn exact_wheel_to_helicoid() {
     );
     let rho = 40.0;
     let outward = axis * alpha.cos() - Vector::X * alpha.sin();
-    let torus = Arc {
-        centre: mean - outward * rho,
-        radius: rho,
-        first: outward,
-        second: direction,
-        range: [-0.12, 0.14],
-    };
+    let torus = Arc::about(
+        mean - outward * rho,
+        rho,
+        [outward, direction],
+        [-0.12, 0.14],
+    );
     within(
         "torus wheel, mm",
         axial_section_error(torus, shift, tilt, pitch),
@@ -369,7 +362,7 @@ fn hob_flank(
     pitch: f64,
     alpha_n: f64,
     quarter: f64,
-) -> Tool<Line, Hob> {
+) -> Tool<Arc, Hob> {
     let gamma = (pitch / radius).atan();
     let screw = Twist::screw(Vector::Z, Vector::ZERO, pitch);
     let line = if involute {
@@ -381,18 +374,14 @@ fn hob_flank(
         let (sin, cos) = azimuth.sin_cos();
         let touch = Vector::new(base * cos, base * sin, quarter + along * gamma_b.tan());
         let tangent = Vector::new(sin, -cos, -gamma_b.tan());
-        Line {
-            point: touch,
-            direction: tangent,
-            range: [0.0, 60.0],
-        }
+        Arc::straight(touch, tangent, [0.0, 60.0])
     } else {
         let slope = alpha_n.tan() / gamma.cos();
-        Line {
-            point: Vector::new(0.0, 0.0, quarter + radius * slope),
-            direction: Vector::new(1.0, 0.0, -slope),
-            range: [0.0, 60.0],
-        }
+        Arc::straight(
+            Vector::new(0.0, 0.0, quarter + radius * slope),
+            Vector::new(1.0, 0.0, -slope),
+            [0.0, 60.0],
+        )
     };
     Tool::new(line, screw)
 }
@@ -486,11 +475,7 @@ fn survives_degenerate_envelopes() {
     };
     for _ in 0..3000 {
         let vector = || Vector::new(pick(), pick(), pick());
-        let line = Line {
-            point: vector(),
-            direction: vector(),
-            range: [-1.0, 1.0],
-        };
+        let line = Arc::straight(vector(), vector(), [-1.0, 1.0]);
         let tool = Tool::<_, Wheel>::new(
             line,
             Twist {
@@ -528,11 +513,7 @@ fn survives_degenerate_envelopes() {
 #[test]
 fn exact_geodesic_torsion_of_a_right_helicoid() {
     for pitch in [4.0, -3.0] {
-        let ruling = Line {
-            point: Vector::ZERO,
-            direction: Vector::X,
-            range: [0.0, 20.0],
-        };
+        let ruling = Arc::straight(Vector::ZERO, Vector::X, [0.0, 20.0]);
         let screw = Twist::screw(Vector::Z, Vector::ZERO, pitch);
         let surface = Tool::<_, Work>::new(ruling, screw);
         let radius = 7.0;
@@ -562,7 +543,12 @@ fn exact_geodesic_torsion_of_a_right_helicoid() {
 /// Geodesic torsion of an envelope, `−n′·(n×r′)/r′²` by fourth-order differences of its points and normals along a line of its parameters.
 #[test]
 fn exact_geodesic_torsion_by_differences() {
-    let arc = Arc::circle(Vector::new(112.0, 7.0, 3.0), 30.0, Vector::X, Vector::Z);
+    let arc = Arc::about(
+        Vector::new(112.0, 7.0, 3.0),
+        30.0,
+        [Vector::X, Vector::Z],
+        [0.0, TAU],
+    );
     let surface = Tool::<_, Wheel>::new(arc, Twist::turn(Vector::Z, Vector::new(12.0, 7.0, 3.0)));
     let turn = |factor: f64| Law::Polynomial([0.0, factor, 0.01, 0.0, 0.0, 0.0]);
     let motion = Motion::<Wheel, Wheel>::identity()

@@ -7,6 +7,7 @@ mod bevel_blank;
 mod bevel_extremes;
 mod bevel_flank;
 mod bevel_undercut;
+mod blade_profile;
 mod cases;
 mod complementarity;
 mod contact;

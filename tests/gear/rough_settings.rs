@@ -31,12 +31,7 @@ fn law_rough_settings_give_the_spiral_angle() {
                     let mut blank = Blank::of_one_apex(angles, 80.0, 22.0);
                     (blank.pitch_apex, blank.face_apex, blank.root_apex) = (4.0, 4.2, 3.9);
                     for blade in [Blade::Inside, Blade::Outside] {
-                        let cutter = Cutter {
-                            blade,
-                            point_radius: 76.0,
-                            blade_angle: 20f64.to_radians(),
-                            edge_radius: 0.0,
-                        };
+                        let cutter = Cutter::straight(blade, 76.0, 20f64.to_radians());
                         let generated = rough_settings(&blank, &cutter, beta.to_radians());
                         // The same settings without the roll leave a formate flank of the same angles.
                         let formate = MachineSettings {
@@ -89,12 +84,7 @@ fn law_rough_pairs_touch_at_their_mean_points() {
         let flanks = flanks.map(|(pitch, hand, blade, point_radius, share)| {
             let angles = [pitch, pitch + share * depth, pitch - (2.2 - share) * depth];
             let blank = Blank::of_one_apex(angles, 80.0, 20.0);
-            let cutter = Cutter {
-                blade,
-                point_radius,
-                blade_angle: 20f64.to_radians(),
-                edge_radius: 0.0,
-            };
+            let cutter = Cutter::straight(blade, point_radius, 20f64.to_radians());
             points.push(blank.mean_point());
             let settings = rough_settings(&blank, &cutter, beta);
             BevelFlank::new(&cutter, &settings, hand, blank.section().unwrap())
@@ -169,12 +159,7 @@ fn law_rough_hypoids_touch_at_their_mean_points() {
             let hands = [Hand::Right, Hand::Left];
             let flanks = [0, 1].map(|member| {
                 let blank = &blanks.blanks[member];
-                let cutter = Cutter {
-                    blade: flanks[member],
-                    point_radius: design.cutter_radius,
-                    blade_angle: angle,
-                    edge_radius: 0.0,
-                };
+                let cutter = Cutter::straight(flanks[member], design.cutter_radius, angle);
                 let settings = rough_settings(blank, &cutter, blanks.spiral_angles[member]);
                 BevelFlank::new(&cutter, &settings, hands[member], blank.section().unwrap())
             });

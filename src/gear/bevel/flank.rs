@@ -2,17 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use super::cutter::Cutter;
+use super::cutter::{BladeSurface, BladeSurfaces, Cutter};
 use super::frames::{CutterFrame, WorkFrame};
 use super::settings::{Hand, MachineSettings};
 use super::tooth_section::ToothSection;
 use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::jet::Surface;
-use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::root::sign_change;
-use crate::gear::kernel::tool::{Arc, Line, Tool};
 use crate::numeric::sorting::sort_rising;
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
@@ -28,22 +26,27 @@ const STARTS: usize = 24;
 const TURN_WEIGHT: f64 = 0.3;
 /// Steps along the blade in which the limit of undercut is sought.
 const BLADE_STEPS: usize = 24;
-/// Cells along cradle and cutter angle in which limits of the second kind are traced.
-const LIMIT_CELLS: [usize; 2] = [24, 24];
 
 /// Steps from one place to another where one step fails.
 const SMALL_STEPS: u32 = 16;
 
-/// A point this far beyond the end of a blade or an edge, in lengths of it, is on it.
+/// A point this far beyond the end of a part of the blade, in lengths of it, is on it.
 const ON_BLADE: f64 = 1e-9;
+/// Shares of a part of the blade below the flank from which its points are sought.
+const PART_STARTS: [f64; 3] = [0.7, 0.3, 0.95];
+
+/// What a part of the blade, or the plane of a crown gear, leaves of the work.
+pub type FlankEnvelope = Envelope<BladeSurface, WorkFrame>;
 
 /// A flank of a bevel gear: what a cutter leaves of the work within an axial section.
 #[derive(Debug, Clone)]
 pub struct BevelFlank {
-    /// The cutter's cone and its motion.
-    pub envelope: Envelope<Tool<Line, CutterFrame>, WorkFrame>,
-    /// The torus of the cutter's edge with the same motion; none for a sharp edge.
-    pub edge: Option<Envelope<Tool<Arc, CutterFrame>, WorkFrame>>,
+    /// The blade and its motion.
+    pub envelope: FlankEnvelope,
+    /// The Toprem with the same motion.
+    pub toprem: Option<FlankEnvelope>,
+    /// The edge with the same motion; none for a sharp edge.
+    pub edge: Option<FlankEnvelope>,
     /// The part of the flank that is the tooth.
     pub section: ToothSection,
 }
@@ -53,7 +56,7 @@ pub struct BevelFlank {
 pub struct ToothPoint {
     /// The point.
     pub point: FlankPoint<WorkFrame>,
-    /// The edge of the cutter makes it.
+    /// The Toprem or the edge of the cutter makes it.
     pub in_fillet: bool,
 }
 
@@ -77,31 +80,38 @@ impl BevelFlank {
         hand: Hand,
         section: ToothSection,
     ) -> BevelFlank {
-        let cone = cutter.cone(BLADE_DEPTHS * section.depth());
-        BevelFlank::of_tool(cone, cutter.edge(), settings.motion(hand), section)
+        let surfaces = cutter.surfaces(BLADE_DEPTHS * section.depth());
+        BevelFlank::of_blade(surfaces, settings.motion(hand), section)
     }
 
-    /// The flank that a straight line swept by a screw makes, with the torus of its edge.
-    pub fn of_tool(
-        surface: Tool<Line, CutterFrame>,
-        edge: Option<Tool<Arc, CutterFrame>>,
+    /// The flank that the surfaces of a blade make in a motion.
+    pub fn of_blade(
+        surfaces: BladeSurfaces,
         motion: Motion<WorkFrame, CutterFrame>,
         section: ToothSection,
     ) -> BevelFlank {
-        let range = [-CRADLE_RANGE, CRADLE_RANGE];
+        let of = |surface| Envelope {
+            surface,
+            motion: motion.clone(),
+            range: [-CRADLE_RANGE, CRADLE_RANGE],
+        };
         BevelFlank {
-            edge: edge.map(|surface| Envelope {
-                surface,
-                motion: motion.clone(),
-                range,
-            }),
-            envelope: Envelope {
-                surface,
-                motion,
-                range,
-            },
+            envelope: of(surfaces.blade),
+            toprem: surfaces.toprem.map(of),
+            edge: surfaces.edge.map(of),
             section,
         }
+    }
+
+    /// The flank that the same blade makes in another motion.
+    pub fn in_motion(&self, motion: Motion<WorkFrame, CutterFrame>) -> BevelFlank {
+        let surface = |part: &FlankEnvelope| part.surface;
+        let surfaces = BladeSurfaces {
+            blade: surface(&self.envelope),
+            toprem: self.toprem.as_ref().map(surface),
+            edge: self.edge.as_ref().map(surface),
+        };
+        BevelFlank::of_blade(surfaces, motion, self.section)
     }
 
     /// Parameters `[s, θ, φ_c]` at the middle of the section, without hints; none where the cutter does not reach it.
@@ -135,33 +145,47 @@ impl BevelFlank {
         self.envelope.point(at)
     }
 
-    /// The tooth's point at `[z, radius]`, from parameters of the flank near it: on the flank above the cutter's edge, else in the fillet.
-    /// None where the cutter leaves neither.
+    /// The tooth's point at `[z, radius]`, from parameters of the flank near it: on the flank above the end of the blade, else where Toprem
+    /// or edge make it. None where the cutter leaves neither.
+    ///
+    /// Blade and Toprem meet in a hollow corner, about which both may reach a place; the one that cuts deeper makes the tooth.
     pub fn tooth_point(&self, place: [f64; 2], near: [f64; 3]) -> Option<ToothPoint> {
-        let on_flank = self.envelope.on_circle(place, near);
+        let at = self.envelope.on_circle(place, near);
+        let [_, theta, x] = at.unwrap_or(near);
         let [from, to] = self.envelope.surface.range();
-        let room = ON_BLADE * (to - from);
-        if let Some(at) = on_flank
-            && at[0] >= from - room
-        {
-            let point = self.envelope.point(at)?;
-            return Some(ToothPoint {
-                point,
+        let on_blade = at.filter(|at| at[0] >= from - ON_BLADE * (to - from));
+        let mut deepest = match on_blade {
+            Some(at) => Some(ToothPoint {
+                point: self.envelope.point(at)?,
                 in_fillet: false,
-            });
+            }),
+            None => None,
+        };
+        for part in self.toprem.iter().chain(&self.edge) {
+            // An edge goes on in the tangent of the blade: the two reach no place twice.
+            if deepest.is_some() && self.toprem.is_none() {
+                break;
+            }
+            let [first, last] = part.surface.range();
+            let room = ON_BLADE * (last - first);
+            let starts = PART_STARTS.map(|share| first + share * (last - first));
+            let mut found = (starts.iter()).filter_map(|u| part.on_circle(place, [*u, theta, x]));
+            let on_part = |at: &[f64; 3]| first - room <= at[0] && at[0] <= last + room;
+            let Some(point) = found.find(on_part).and_then(|at| part.point(at)) else {
+                continue;
+            };
+            let above = |other: &ToothPoint| {
+                let apart = point.point.coordinates - other.point.point.coordinates;
+                apart.dot(other.point.normal.components) >= 0.0
+            };
+            if !deepest.as_ref().is_some_and(above) {
+                deepest = Some(ToothPoint {
+                    point,
+                    in_fillet: true,
+                });
+            }
         }
-        let edge = self.edge.as_ref()?;
-        let [first, last] = edge.surface.range();
-        let [_, theta, x] = on_flank.unwrap_or(near);
-        let starts = [0.7, 0.3, 0.95].map(|share| first + share * (last - first));
-        let mut found = starts
-            .iter()
-            .filter_map(|u| edge.on_circle(place, [*u, theta, x]));
-        let at = found.find(|at| first - ON_BLADE <= at[0] && at[0] <= last + ON_BLADE)?;
-        Some(ToothPoint {
-            point: edge.point(at)?,
-            in_fillet: true,
-        })
+        deepest
     }
 
     /// Parameters at a place from those at another, in small steps between both; none where Newton's method fails at one.
@@ -206,11 +230,6 @@ impl BevelFlank {
         point.is_none_or(|point| is_cut_away(&point))
     }
 
-    /// Curves of the limit of the second kind over the cradle and cutter angles `[x, θ]` of a domain.
-    pub fn second_limits(&self, domain: [[f64; 2]; 2]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
-        limit_curves(&self.envelope, Limit::Second, domain, LIMIT_CELLS)
-    }
-
     /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle.
     fn scan(&self, [z, radius]: [f64; 2]) -> Vec<(f64, [f64; 3])> {
         let envelope = &self.envelope;
@@ -232,7 +251,7 @@ impl BevelFlank {
                     let Some(jet) = envelope.surface.jet([s, theta]) else {
                         continue;
                     };
-                    // f is linear in s on a cone.
+                    // f is linear in s on a cone, and nearly so on an arc.
                     let meeting = Meeting::new(&jet, &state);
                     s -= meeting.f / meeting.gradient[0];
                 }

@@ -3,8 +3,10 @@
 use super::flank::{BevelFlank, is_cut_away};
 use super::flank_grid::FlankGrid;
 use super::frames::WorkFrame;
+use super::zero_curves::{SharesLine, zero_curves};
 use crate::gear::kernel::envelope::FlankPoint;
-use crate::gear::kernel::root::greatest;
+use crate::gear::kernel::jet::Surface;
+use crate::gear::kernel::root::{greatest, sign_change};
 
 /// Contact lines of a flank.
 const LINES: usize = 12;
@@ -13,9 +15,6 @@ const STEPS: usize = 180;
 
 /// Parts of the face at whose ends the limit of undercut is found.
 const STATIONS: usize = 48;
-
-/// A line as shares of face and height.
-pub type SharesLine = Vec<[f64; 2]>;
 
 /// Contact lines at equal steps of the cradle.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,19 +68,10 @@ impl FlankLimits {
         grid: &FlankGrid,
         is_cut: impl Fn(&FlankPoint<WorkFrame>) -> bool,
     ) -> FlankLimits {
-        let Some(domain) = grid.domain().filter(|_| !flank.envelope.motion.is_fixed()) else {
+        if flank.envelope.motion.is_fixed() {
             return FlankLimits::default();
-        };
-        let nodes = || grid.nodes.iter().flatten().filter(|n| !n.in_fillet);
-        let is_whole = grid.nodes.iter().all(Option::is_some);
-        let mut signs = nodes().map(|n| n.point.second_order.second_limit < 0.0);
-        let first_sign = signs.next();
-        let second = match is_whole && !signs.any(|sign| Some(sign) != first_sign) {
-            true => Vec::new(),
-            false => (flank.second_limits(domain).iter())
-                .flat_map(|curve| in_section(flank, curve.iter().filter(|p| is_cut(p))))
-                .collect(),
-        };
+        }
+        let second = second_limit(flank, grid, &is_cut);
         let places = second.iter().flatten().copied();
         let highest_second = places.max_by(|a: &[f64; 2], b| a[1].total_cmp(&b[1]));
         let (undercut, highest) = undercut(flank, grid, is_cut);
@@ -90,6 +80,49 @@ impl FlankLimits {
             highest: [highest, highest_second],
         }
     }
+}
+
+/// Curves `Φ = 0` of the limit of the second kind, from neighbouring nodes that they part.
+fn second_limit(
+    flank: &BevelFlank,
+    grid: &FlankGrid,
+    is_cut: impl Fn(&FlankPoint<WorkFrame>) -> bool,
+) -> Vec<SharesLine> {
+    let share = |i: usize, n: usize| i as f64 / (n.max(2) - 1) as f64;
+    let place = |row: usize, column: usize| [share(column, grid.columns), share(row, grid.rows)];
+    let node = |row: usize, column: usize| {
+        let node = (row < grid.rows && column < grid.columns).then(|| grid.node(row, column))??;
+        (!node.in_fillet).then_some(node.point)
+    };
+    let all = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |column| [row, column]));
+    let known: Vec<_> = (all.clone())
+        .filter_map(|[row, column]| Some((place(row, column), node(row, column)?.at)))
+        .collect();
+    let [end, top] = flank.envelope.surface.range();
+    let value = |at: [f64; 2]| {
+        let away = |p: [f64; 2]| f64::hypot(p[0] - at[0], p[1] - at[1]);
+        let nearest = known
+            .iter()
+            .min_by(|a, b| away(a.0).total_cmp(&away(b.0)))?;
+        let point = flank.point(at, nearest.1)?;
+        let is_on_blade = (end..=top).contains(&point.at[0]);
+        (is_on_blade && is_cut(&point)).then_some(point.second_order.second_limit)
+    };
+    let sides = all.flat_map(|[row, column]| {
+        let others = [[row + 1, column], [row, column + 1]];
+        others.map(|other| [[row, column], other])
+    });
+    let seeds = sides.filter_map(|[a, b]| {
+        let [from, to] = [node(a[0], a[1])?, node(b[0], b[1])?];
+        let limits = [from, to].map(|p| p.second_order.second_limit);
+        if (limits[0] < 0.0) == (limits[1] < 0.0) {
+            return None;
+        }
+        let (from, to) = (place(a[0], a[1]), place(b[0], b[1]));
+        let between = |t: f64| [0, 1].map(|k| from[k] + t * (to[k] - from[k]));
+        Some(between(sign_change([0.0, 1.0], |t| value(between(t)))?))
+    });
+    zero_curves(value, seeds.collect::<Vec<_>>())
 }
 
 /// The limit of undercut along the face, and the shares of its place farthest above the root.

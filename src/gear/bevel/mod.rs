@@ -38,6 +38,8 @@ pub mod straight;
 
 pub mod flank_grid;
 
+pub mod zero_curves;
+
 pub mod flank_lines;
 
 pub mod structure_elements;

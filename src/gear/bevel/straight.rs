@@ -6,13 +6,13 @@
 
 use std::f64::consts::TAU;
 
-use super::cutter::Blade;
+use super::cutter::{Blade, BladeSurfaces};
 use super::flank::BevelFlank;
 use super::frames::WorkFrame;
 use super::settings::{Hand, MachineSettings, Roll};
 use super::tooth_section::ToothSection;
 use crate::gear::kernel::envelope::FlankPoint;
-use crate::gear::kernel::tool::{Line, Tool};
+use crate::gear::kernel::tool::{Arc, Tool};
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
@@ -71,12 +71,12 @@ impl StraightFlanks {
         let across = turned(-h * skew_sin, skew_cos);
         let mean = turned(self.mean_cone_distance, 0.0);
         let reach = PLANE_DEPTHS * section.depth();
-        let line = Line {
+        let line = Arc::straight(
             // A turn of the parameter θ runs over twice the cone distance, with the mean point in its middle.
-            point: mean - along * (h * self.mean_cone_distance),
-            direction: across * (outwards * tilt.sin()) - Vector::Z * tilt.cos(),
-            range: [-reach, reach],
-        };
+            mean - along * (h * self.mean_cone_distance),
+            across * (outwards * tilt.sin()) - Vector::Z * tilt.cos(),
+            [-reach, reach],
+        );
         let slide = Twist::slide(along * (h * 2.0 * self.mean_cone_distance / TAU));
         let plane = Tool::new(line, slide);
         let settings = MachineSettings {
@@ -95,7 +95,12 @@ impl StraightFlanks {
             Blade::Inside => plane,
             Blade::Outside => plane.flipped(),
         };
-        BevelFlank::of_tool(plane, None, settings.motion(hand), section)
+        let surfaces = BladeSurfaces {
+            blade: plane,
+            toprem: None,
+            edge: None,
+        };
+        BevelFlank::of_blade(surfaces, settings.motion(hand), section)
     }
 
     /// Whether a tool whose teeth reach the root cone touches at a point of the flank; beyond it the fillet begins. A spherical involute has

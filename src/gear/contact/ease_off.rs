@@ -5,13 +5,13 @@
 
 use super::contact_point::ContactPoint;
 use super::pair::FlankPair;
-use crate::gear::bevel::frames::{CutterFrame, WorkFrame};
+use crate::gear::bevel::flank::FlankEnvelope;
+use crate::gear::bevel::frames::WorkFrame;
 use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::law::Law;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::newton::solve;
 use crate::gear::kernel::pose::{Direction, Pose};
-use crate::gear::kernel::tool::{Line, Tool};
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
@@ -21,9 +21,6 @@ const TERMS: usize = 6;
 /// A point this far below the end of the blade, m, is on it.
 const ON_BLADE: f64 = 1e-9;
 
-/// The flank of a gear cut by straight blades.
-pub type GearFlank = Envelope<Tool<Line, CutterFrame>, WorkFrame>;
-
 /// Gaps over the pinion's flank, row by row from root to tip, each from toe to heel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EaseOff {
@@ -31,7 +28,7 @@ pub struct EaseOff {
     pub rows: usize,
     /// Columns along the face.
     pub columns: usize,
-    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist or the edge of the cutter makes the tooth.
+    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist or Toprem or edge of the cutter make the tooth.
     pub gaps: Vec<Option<f64>>,
 }
 
@@ -56,7 +53,7 @@ pub struct EaseOffTerms {
 
 impl FlankPair {
     /// The pinion's flank conjugate to the gear at the ratio of the tooth numbers through a contact, over φ₁.
-    pub fn conjugate(&self, contact: &ContactPoint) -> Envelope<&GearFlank, WorkFrame> {
+    pub fn conjugate(&self, contact: &ContactPoint) -> Envelope<&FlankEnvelope, WorkFrame> {
         let (angle, pitch) = (contact.pinion_angle, self.pitch());
         let turn_of_gear = contact.gear_angle() - self.ratio() * angle;
         self.conjugate_from(turn_of_gear, [angle - pitch, angle + pitch])
@@ -67,7 +64,7 @@ impl FlankPair {
         &self,
         turn_of_gear: f64,
         range: [f64; 2],
-    ) -> Envelope<&GearFlank, WorkFrame> {
+    ) -> Envelope<&FlankEnvelope, WorkFrame> {
         let ratio = self.ratio();
         let axis = Twist::turn(Vector::Z, Vector::ZERO);
         let between = self.pose(0, 0.0).inverse().after(&self.pose(1, 0.0));
@@ -111,7 +108,7 @@ impl FlankPair {
     /// The gap at a node `[z, radius]`.
     fn gap(
         &self,
-        conjugate: &Envelope<&GearFlank, WorkFrame>,
+        conjugate: &Envelope<&FlankEnvelope, WorkFrame>,
         place: [f64; 2],
         (of_conjugate, of_pinion): ([f64; 3], [f64; 3]),
     ) -> Option<f64> {
@@ -122,7 +119,7 @@ impl FlankPair {
         let pinion = &self.flanks[0].envelope;
         let near = pinion.on_circle(place, of_pinion)?;
         let (found, distance) = pinion.on_ray(point, inward, near)?;
-        // Below the end of the blade the edge of the cutter makes the tooth.
+        // Below the end of the blade Toprem or edge make the tooth.
         let [end, _] = pinion.surface.curve.range;
         (found[0] >= end - ON_BLADE).then_some(distance)
     }

@@ -6,8 +6,8 @@
 //! them is `|p|²/D`, D and p of `SecondOrder`.
 
 use super::angle_errors::{self, AngleErrors};
-use super::cutter_head::{BladeFeed, BladeOffset, BladeSurfaces};
-use crate::gear::bevel::cutter::Cutter;
+use super::cutter_head::{BladeFeed, BladeOffset};
+use crate::gear::bevel::cutter::{BladeSurface, BladeSurfaces, Cutter};
 use crate::gear::bevel::flank::BLADE_DEPTHS;
 use crate::gear::bevel::frames::{CutterFrame, WorkFrame};
 use crate::gear::bevel::settings::{Hand, MachineSettings};
@@ -98,10 +98,9 @@ impl BladePasses {
         } = conditions;
         let offset = |blade: usize| offsets.get(blade).copied().unwrap_or_default();
         let offsets: Vec<BladeOffset> = (0..feed.blades as usize).map(offset).collect();
-        let surfaces =
-            |offset: &BladeOffset| BladeSurfaces::new(cutter, BLADE_DEPTHS * depth, *offset);
+        let surfaces = cutter.surfaces(BLADE_DEPTHS * depth);
         BladePasses {
-            blades: offsets.iter().map(surfaces).collect(),
+            blades: offsets.iter().map(|offset| surfaces.at(*offset)).collect(),
             offsets,
             motion: settings.motion_with_errors(hand, errors.laws()),
             cutter_error: angle_errors::law(&errors.cutter),
@@ -160,22 +159,26 @@ impl BladePasses {
     /// Distance of the facet of a blade along the normal of a point, `turn` being that of the cradle as the blade crosses θ₀.
     pub fn facet(&self, blade: usize, turn: f64, point: &FlankPoint<WorkFrame>) -> Option<f64> {
         let surfaces = self.blades.get(blade)?;
-        let [from, to] = surfaces.cone.range();
+        let [from, to] = surfaces.blade.range();
+        let (u, distance) = self.ray(&surfaces.blade, point.at[0], turn, point)?;
         let room = ON_BLADE * (to - from);
-        let on_cone = self.ray(&surfaces.cone, point.at[0], turn, point)?;
-        if on_cone.0 <= to + room && on_cone.0 >= from - room {
-            return Some(on_cone.1);
-        }
-        let edge = surfaces.edge.as_ref().filter(|_| on_cone.0 < from)?;
-        let [first, last] = edge.range();
-        let on_edge = self.ray(edge, 0.5 * (first + last), turn, point)?;
-        (first <= on_edge.0 && on_edge.0 <= last).then_some(on_edge.1)
+        let on_blade = (from - room <= u && u <= to + room).then_some(distance);
+        // Blade and Toprem meet in a hollow corner, about which both may lie on the normal.
+        let is_below = u < from - room || surfaces.toprem.is_some();
+        let below = surfaces.toprem.iter().chain(&surfaces.edge);
+        let below = below.filter(|_| is_below).filter_map(|part| {
+            let [first, last] = part.range();
+            let (u, distance) = self.ray(part, 0.5 * (first + last), turn, point)?;
+            (first <= u && u <= last).then_some(distance)
+        });
+        let facets = on_blade.into_iter().chain(below);
+        facets.min_by(f64::total_cmp)
     }
 
     /// u and distance at which the normal of a point meets the surface of a blade.
-    fn ray<S: Surface<Frame = CutterFrame>>(
+    fn ray(
         &self,
-        surface: &S,
+        surface: &BladeSurface,
         u: f64,
         turn: f64,
         point: &FlankPoint<WorkFrame>,

@@ -3,7 +3,7 @@
 //!
 //! The plane is cut into lines along the cutter's axis, each from the blade's edge into its body. Of each line remains what lies within the
 //! blank and outside the profiles of the blades before, all of them convex there. A pass removes `∫ A (ρ + x' v_θ) dθ`, `x' v_θ` being how
-//! the work comes towards the blade.
+//! the work comes towards the blade. Blades are trapezoids: edge radius, profile arc and Toprem have no part.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -11,10 +11,10 @@ use super::sensitivity::MachineChain;
 use super::setting::{FlankSetup, Setting};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::gear::bevel::frames::{CutterFrame, WorkFrame};
+use crate::gear::bevel::flank::FlankEnvelope;
+use crate::gear::bevel::frames::WorkFrame;
 use crate::gear::kernel::envelope::Envelope;
 use crate::gear::kernel::pose::Pose;
-use crate::gear::kernel::tool::{Line, Tool};
 use crate::gear::kernel::vector::Vector;
 use crate::numeric::Matrix;
 
@@ -293,10 +293,8 @@ impl CorrectionProblem {
 /// A step that would take less than this from the deviations changes nothing that is measured, m.
 const UNSEEN: f64 = 1e-9;
 
-type Flank = Envelope<Tool<Line, CutterFrame>, WorkFrame>;
-
 impl Trial {
-    fn envelope(&self, flank: &MeasuredFlank) -> Flank {
+    fn envelope(&self, flank: &MeasuredFlank) -> FlankEnvelope {
         let envelope = self.setup.flank(flank.hand, flank.section).envelope;
         let turn = Pose::<WorkFrame, WorkFrame>::turned(Vector::Z, self.turn);
         Envelope {
@@ -307,7 +305,11 @@ impl Trial {
 }
 
 /// Parameters, normal and distance at which an envelope meets the ray of a node; none on the part that is cut away.
-fn meet(envelope: &Flank, node: &FlankNode, start: [f64; 3]) -> Option<([f64; 3], Vector, f64)> {
+fn meet(
+    envelope: &FlankEnvelope,
+    node: &FlankNode,
+    start: [f64; 3],
+) -> Option<([f64; 3], Vector, f64)> {
     let (at, distance) = envelope.on_ray(node.point, node.normal, start)?;
     let point = envelope.point(at)?;
     let is_flank = point.second_order.undercut.signum() == node.side;

@@ -1,10 +1,8 @@
-//! A face-mill cutter head with discrete blades: the cones and edge tori of its blades, each off by its run-out.
+//! A face-mill cutter head with discrete blades: feed of the roll, and the surfaces of its blades, each off by its run-out.
 
 use std::f64::consts::TAU;
 
-use crate::gear::bevel::cutter::Cutter;
-use crate::gear::bevel::frames::CutterFrame;
-use crate::gear::kernel::tool::{Arc, Line, Tool};
+use crate::gear::bevel::cutter::BladeSurfaces;
 use crate::gear::kernel::vector::Vector;
 
 /// Offset of a blade from its place in the head.
@@ -37,23 +35,14 @@ impl BladeFeed {
     }
 }
 
-/// A blade of the head: its straight edge and its rounded tip, swept about the cutter's axis.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct BladeSurfaces {
-    pub(super) cone: Tool<Line, CutterFrame>,
-    pub(super) edge: Option<Tool<Arc, CutterFrame>>,
-}
-
 impl BladeSurfaces {
-    /// The surfaces of a cutter's blade of the length `depth` along the axis.
-    pub(super) fn new(cutter: &Cutter, depth: f64, offset: BladeOffset) -> BladeSurfaces {
-        let moved = offset.radial * Vector::X + offset.axial * Vector::Z;
-        let mut cone = cutter.cone(depth);
-        cone.curve.point += moved;
-        let mut edge = cutter.edge();
-        if let Some(edge) = &mut edge {
-            edge.curve.centre += moved;
+    /// The surfaces of a blade off its place.
+    pub(super) fn at(mut self, offset: BladeOffset) -> BladeSurfaces {
+        let by = offset.radial * Vector::X + offset.axial * Vector::Z;
+        self.blade.curve.point += by;
+        for part in self.toprem.iter_mut().chain(&mut self.edge) {
+            part.curve.point += by;
         }
-        BladeSurfaces { cone, edge }
+        self
     }
 }

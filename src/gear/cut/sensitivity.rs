@@ -8,6 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::setting::{FlankSetup, SHEET_FACTORS, Setting};
 use crate::gear::bevel::settings::{Hand, MachineSettings};
 use crate::gear::kernel::pose::Transform;
+use crate::gear::kernel::tool::Curve;
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
@@ -67,10 +68,10 @@ impl<'a> MachineChain<'a> {
         match setting {
             Setting::PointRadius => self.of_cutter.rotate(spoke(theta)),
             Setting::BladeAngle => {
-                let (sin, cos) = self.setup.cutter.blade_angle.sin_cos();
-                let outwards = self.setup.cutter.outwards();
-                let by = spoke(theta) * (outwards * s * cos) + Vector::Z * (s * sin);
-                self.of_cutter.rotate(by)
+                let cutter = &self.setup.cutter;
+                let by = cutter.displacement_by_blade_angle(s);
+                self.of_cutter
+                    .rotate(spoke(theta) * by[0] + Vector::Z * by[1])
             }
             Setting::RadialDistance => self.of_cradle.rotate(radial_direction(m, h)),
             Setting::CradleAngle => {
@@ -102,11 +103,9 @@ impl<'a> MachineChain<'a> {
 
     /// The cutter's point at s, θ in the work.
     fn point(&self, [s, theta]: [f64; 2]) -> Vector {
-        let cutter = &self.setup.cutter;
-        let (sin, cos) = cutter.blade_angle.sin_cos();
-        let radius = cutter.point_radius + cutter.outwards() * s * sin;
+        let [on_profile, ..] = self.setup.cutter.profile().at(s);
         self.of_cutter
-            .apply(spoke(theta) * radius - Vector::Z * (s * cos))
+            .apply(spoke(theta) * on_profile.x + Vector::Z * on_profile.z)
     }
 
     /// Displacement of r by a change of the tilt's rotation vector, about the cutter's tip centre.

@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 
 use super::measured_flank::{FlankNode, MeasuredFlank};
 use super::setting::FlankSetup;
+use crate::gear::bevel::flank::FlankEnvelope;
 use crate::gear::bevel::frames::WorkFrame;
 use crate::gear::bevel::settings::Hand;
-use crate::gear::contact::ease_off::GearFlank;
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::pose::{Direction, Pose};
@@ -110,7 +110,7 @@ const SEARCH: f64 = PI;
 /// Cosine between the normals of the pinion and of the flank conjugate to its gear at least.
 const LEAST_COSINE: f64 = 0.7;
 
-type Conjugate<'a> = Envelope<&'a GearFlank, WorkFrame>;
+type Conjugate<'a> = Envelope<&'a FlankEnvelope, WorkFrame>;
 
 /// The flank conjugate to the gear, turned onto the pinion's at the middle of its section, with its parameters there.
 fn conjugate(pair: &FlankPair, middle: [f64; 3]) -> Option<(Conjugate<'_>, [f64; 3])> {

@@ -1,6 +1,6 @@
 //! Plane meshing as an instance of the kernel: a plane curve swept along z, carried by a motion of the plane.
 //!
-//! A profile becomes a `PlaneCurve` (or a `Line`(super::tool::Line), an `Arc`(super::tool::Arc) with z = 0), a motion comes from
+//! A profile becomes a `PlaneCurve` (or an `Arc`(super::tool::Arc) with z = 0), a motion comes from
 //! `rack_rolling` or `gear_rolling`, `plane_envelope` joins them:
 //!
 //! ```text

@@ -3,11 +3,10 @@
 //! | curve | screw | tool |
 //! |---|---|---|
 //! | line | turn | cone of a blade, conical grinding wheel, plane wheel |
-//! | arc | turn | edge radius of a cutter, ball, torus wheel |
+//! | arc | turn | curved blade and edge radius of a cutter, ball, torus wheel |
 //! | line | slide | flank of a rack |
 //! | line, arc | screw | helicoid: worm, hob |
 
-use std::f64::consts::TAU;
 use std::marker::PhantomData;
 
 use super::jet::{Jet, Surface};
@@ -24,65 +23,73 @@ pub trait Curve {
     fn range(&self) -> [f64; 2];
 }
 
-/// A straight line `point + u direction`.
+/// An arc by its length u, `c(u) = c₀ + t sin(ku)/k + κ (1 − cos ku)/k²` with k = |κ|; a straight line where κ = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// Point at u = 0.
+pub struct Arc {
+    /// Point c₀ at u = 0.
     pub point: Vector,
-    /// Direction; a unit vector makes u a length.
+    /// Unit tangent t there; that of a straight line may have any length.
     pub direction: Vector,
+    /// Curvature vector κ there, perpendicular to the tangent and towards the centre.
+    pub curvature: Vector,
     /// First and last u.
     pub range: [f64; 2],
 }
 
-impl Curve for Line {
-    fn at(&self, u: f64) -> [Vector; 3] {
-        [
-            self.point + self.direction * u,
-            self.direction,
-            Vector::ZERO,
-        ]
-    }
-
-    fn range(&self) -> [f64; 2] {
-        self.range
-    }
-}
-
-/// An arc `centre + radius (cos u first + sin u second)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arc {
-    /// Centre.
-    pub centre: Vector,
-    /// Radius.
-    pub radius: f64,
-    /// Unit vector towards u = 0.
-    pub first: Vector,
-    /// Unit vector towards u = π/2.
-    pub second: Vector,
-    /// First and last u, rad.
-    pub range: [f64; 2],
-}
-
 impl Arc {
-    /// The circle of a radius about a centre, in the plane of two perpendicular unit vectors.
-    pub fn circle(centre: Vector, radius: f64, first: Vector, second: Vector) -> Arc {
+    /// A straight line.
+    pub fn straight(point: Vector, direction: Vector, range: [f64; 2]) -> Arc {
         Arc {
-            centre,
-            radius,
-            first,
-            second,
-            range: [0.0, TAU],
+            point,
+            direction,
+            curvature: Vector::ZERO,
+            range,
+        }
+    }
+
+    /// The arc of a circle about a centre between two angles, rad, from `first` towards `second`, perpendicular unit vectors; u = 0 lies at
+    /// `first`.
+    pub fn about(
+        centre: Vector,
+        radius: f64,
+        [first, second]: [Vector; 2],
+        angles: [f64; 2],
+    ) -> Arc {
+        Arc {
+            point: centre + first * radius,
+            direction: second,
+            curvature: first * (-1.0 / radius),
+            range: angles.map(|angle| radius * angle),
+        }
+    }
+
+    /// The same curve with its length measured from the point at u on, over a range of that length.
+    pub fn measured_from(&self, u: f64, range: [f64; 2]) -> Arc {
+        let [point, direction, curvature] = self.at(u);
+        Arc {
+            point,
+            direction,
+            curvature,
+            range,
         }
     }
 }
 
 impl Curve for Arc {
     fn at(&self, u: f64) -> [Vector; 3] {
-        let (sin, cos) = u.sin_cos();
-        let outward = (self.first * cos + self.second * sin) * self.radius;
-        let along = (self.second * cos - self.first * sin) * self.radius;
-        [self.centre + outward, along, -outward]
+        let (t, kappa) = (self.direction, self.curvature);
+        let k = kappa.norm();
+        if k == 0.0 {
+            return [self.point + t * u, t, kappa];
+        }
+        let (sin, cos) = (k * u).sin_cos();
+        // 1 − cos ku without cancellation, for arcs of a small angle.
+        let rise = 2.0 * ((0.5 * k * u).sin() / k).powi(2);
+        [
+            self.point + t * (sin / k) + kappa * rise,
+            t * cos + kappa * (sin / k),
+            kappa * cos - t * (k * sin),
+        ]
     }
 
     fn range(&self) -> [f64; 2] {

@@ -227,20 +227,32 @@ pub fn edge_name(edge: &Edge) -> String {
     format!("{side} of the {}", MEMBERS[edge.member])
 }
 
-/// Contacts below the part of a flank that the straight blade cuts.
+/// Contacts below the part of a flank that the blade cuts above Toprem and edge.
 fn fillet_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<Diagnostic>) {
     for k in 0..2 {
         let [from, _] = pair.flanks[k].envelope.surface.curve.range;
         let depth = |c: &ContactPoint| from - c.unknowns[3 * k];
         let deepest = path.contacts.iter().map(depth).fold(0.0, f64::max);
         if deepest > 1e-9 {
+            let (mate, name, deepest) = (MEMBERS[1 - k], MEMBERS[k], 1e3 * deepest);
+            let (message, hint) = match pair.flanks[k].toprem.is_some() {
+                true => (
+                    format!(
+                        "the contact goes on up to {deepest:.3} mm along the blade below the flank of the {name}, which the Toprem has relieved there"
+                    ),
+                    "take a smaller toprem_depth; the contact there is that of the blade without Toprem",
+                ),
+                false => (
+                    format!(
+                        "the {mate} touches the fillet of the {name}, up to {deepest:.3} mm along the blade below the flank"
+                    ),
+                    "take a smaller edge radius or a smaller face angle of the mate",
+                ),
+            };
             diagnostics.push(Diagnostic {
                 code: "interference",
-                message: format!(
-                    "the {} touches the fillet of the {}, up to {:.3} mm along the blade below the flank",
-                    MEMBERS[1 - k], MEMBERS[k], 1e3 * deepest
-                ),
-                hint: Some("take a smaller edge radius or a smaller face angle of the mate".into()),
+                message,
+                hint: Some(hint.into()),
             });
         }
     }

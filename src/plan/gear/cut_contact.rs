@@ -117,10 +117,7 @@ fn change(file: &CutFile, of: &CutFlankResult, flank: &mut BevelFlank) {
     let errors = chain_errors(file, &cut.settings, of.feed);
     let hand = file.bevel.hand_of(of.member);
     let motion = cut.settings.motion_with_errors(hand, errors.laws());
-    if let Some(edge) = &mut flank.edge {
-        edge.motion = motion.clone();
-    }
-    flank.envelope.motion = motion;
+    *flank = flank.in_motion(motion);
 }
 
 /// Whether the second derivative of the errors stays below D: a wave ε of the work adds `n·(k×r) ε″` to D, one of the cradle as much times

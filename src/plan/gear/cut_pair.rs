@@ -120,10 +120,7 @@ impl CutPair {
         let mut flank = ideal[member].clone();
         if let Some(law) = Law::sum(applied.iter().map(|e| e.law()).collect()) {
             let motion = settings.motion_with_errors(hand, [None, Some(law)]);
-            if let Some(edge) = &mut flank.edge {
-                edge.motion = motion.clone();
-            }
-            flank.envelope.motion = motion;
+            flank = flank.in_motion(motion);
         }
         let surplus: Vec<Option<f64>> = nodes()
             .map(|point| {
