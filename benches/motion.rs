@@ -264,7 +264,11 @@ fn one_freedom() -> Moved {
             contact_damping: ContactDamping::ActsInGap,
             flanks: ActiveFlanks::Both,
         }),
-        stiffness_wave: Some(PeriodicFunction { waveform, phase }),
+        stiffness_wave: Some(PeriodicFunction {
+            waveform,
+            load_table: None,
+            phase,
+        }),
         imposed_displacement: None,
         angle_waves: Vec::new(),
     };

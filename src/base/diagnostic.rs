@@ -480,6 +480,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The mean speeds stated in [speed] contradict the ratios of the machine or leave a part open. Natural frequencies at rest do not need them; motion in time, waves of stiffness and gyroscopic terms do, and refuse them.",
     ),
     (
+        "beyond-load-table",
+        Warning,
+        "A mesh that follows its load carried more at a sample than the largest of `torques` in [mesh] of its gear file. Beyond it the deflection goes on along the tangent: teeth or edges that touch only there are not in it. Give a larger last torque.",
+    ),
+    (
         "step-for-exact",
         Warning,
         "A step was stated, and the method that is exact for the machine takes none, so a method with step error was used. Omit the step, or let `geardyn accuracy` show how large the error is.",

@@ -139,7 +139,7 @@ impl MachineBuilder {
             contact_damping: None,
             stiffness_variation: None,
             characteristic: None,
-            tooth_pairs: None,
+            mesh_springs: None,
         });
     }
 
@@ -164,7 +164,7 @@ impl MachineBuilder {
             contact_damping: contact.damping_model,
             stiffness_variation: contact.wave.clone(),
             characteristic: contact.characteristic.clone(),
-            tooth_pairs: (contact.flanks.as_ref()).and_then(|flanks| flanks.pairs.clone()),
+            mesh_springs: (contact.flanks.as_ref()).and_then(|flanks| flanks.springs.clone()),
         };
         if let Some(flanks) = &contact.flanks {
             let branch = self.machine.branches.len();

@@ -2,6 +2,7 @@
 //!
 //! Cubics: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, eq. (5) with their weights; beyond the last point a straight line goes on.
 
+use crate::numeric::hermite_cubic::HermiteCubic;
 pub use crate::scene::laws::Characteristic;
 
 /// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
@@ -18,7 +19,7 @@ impl Characteristic {
             Characteristic::Power {
                 factor, exponent, ..
             } => factor * size.powf(*exponent),
-            Characteristic::Table(points) => CubicSegment::segment_at(points, size).value(size),
+            Characteristic::Table(points) => segment_at(points, size).value(size),
         };
         force.copysign(delta)
     }
@@ -30,7 +31,7 @@ impl Characteristic {
             Characteristic::Power {
                 factor, exponent, ..
             } => factor * exponent * size.powf(exponent - 1.0),
-            Characteristic::Table(points) => CubicSegment::segment_at(points, size).slope(size),
+            Characteristic::Table(points) => segment_at(points, size).slope(size),
         }
     }
 
@@ -44,8 +45,8 @@ impl Characteristic {
             Characteristic::Table(points) => {
                 let whole = (1..points.len())
                     .take_while(|&i| points[i].0 <= size)
-                    .map(|i| CubicSegment::segment_after(points, i - 1).area(points[i].0));
-                whole.sum::<f64>() + CubicSegment::segment_at(points, size).area(size)
+                    .map(|i| segment_after(points, i - 1).area(points[i].0));
+                whole.sum::<f64>() + segment_at(points, size).area(size)
             }
         }
     }
@@ -65,7 +66,7 @@ impl Characteristic {
                         let last = points[at - 1];
                         last.0 + (size - last.1) / slope_at(points, at - 1)
                     }
-                    at => CubicSegment::segment_after(points, at - 1).solve(size),
+                    at => segment_after(points, at - 1).solve(size),
                 }
             }
         };
@@ -110,89 +111,26 @@ impl Characteristic {
     }
 }
 
-/// A cubic by values and slopes at both ends.
-struct CubicSegment {
-    ends: [(f64, f64); 2],
-    slopes: [f64; 2],
+/// The piece after a point; a straight line after the last.
+fn segment_after(points: &[(f64, f64)], at: usize) -> HermiteCubic {
+    let slope = slope_at(points, at);
+    if at + 1 == points.len() {
+        let (x, y) = points[at];
+        let width = x - points[at - 1].0;
+        return HermiteCubic {
+            ends: [(x, y), (x + width, y + width * slope)],
+            slopes: [slope; 2],
+        };
+    }
+    HermiteCubic {
+        ends: [points[at], points[at + 1]],
+        slopes: [slope, slope_at(points, at + 1)],
+    }
 }
 
-impl CubicSegment {
-    /// The piece after a point; a straight line after the last.
-    fn segment_after(points: &[(f64, f64)], at: usize) -> CubicSegment {
-        let slope = slope_at(points, at);
-        if at + 1 == points.len() {
-            let (x, y) = points[at];
-            let width = x - points[at - 1].0;
-            return CubicSegment {
-                ends: [(x, y), (x + width, y + width * slope)],
-                slopes: [slope; 2],
-            };
-        }
-        CubicSegment {
-            ends: [points[at], points[at + 1]],
-            slopes: [slope, slope_at(points, at + 1)],
-        }
-    }
-
-    /// The piece over a deflection.
-    fn segment_at(points: &[(f64, f64)], x: f64) -> CubicSegment {
-        CubicSegment::segment_after(points, points.partition_point(|p| p.0 <= x).max(1) - 1)
-    }
-
-    /// Width, place within it, chord, and the coefficients of s² and s³ next to the first slope, as slopes.
-    fn parts(&self, x: f64) -> (f64, f64, [f64; 3]) {
-        let ([(x0, y0), (x1, y1)], [a, b]) = (self.ends, self.slopes);
-        let h = x1 - x0;
-        let chord = (y1 - y0) / h;
-        (
-            h,
-            (x - x0) / h,
-            [a, 3.0 * chord - 2.0 * a - b, a + b - 2.0 * chord],
-        )
-    }
-
-    fn value(&self, x: f64) -> f64 {
-        let (h, s, [a, b, c]) = self.parts(x);
-        self.ends[0].1 + h * s * (a + s * (b + s * c))
-    }
-
-    fn slope(&self, x: f64) -> f64 {
-        let (_, s, [a, b, c]) = self.parts(x);
-        a + s * (2.0 * b + s * 3.0 * c)
-    }
-
-    /// ∫ from its start.
-    fn area(&self, x: f64) -> f64 {
-        let (h, s, [a, b, c]) = self.parts(x);
-        h * s * (self.ends[0].1 + h * s * (a / 2.0 + s * (b / 3.0 + s * c / 4.0)))
-    }
-
-    /// Solves for the argument of a value between those of the ends: Newton's step, halved in where it would leave the bracket.
-    fn solve(&self, y: f64) -> f64 {
-        let [mut low, mut high] = [self.ends[0].0, self.ends[1].0];
-        let mut x = low + (high - low) * (y - self.ends[0].1) / (self.ends[1].1 - self.ends[0].1);
-        for _ in 0..100 {
-            let miss = self.value(x) - y;
-            if miss == 0.0 {
-                return x;
-            }
-            if miss < 0.0 {
-                low = x
-            } else {
-                high = x
-            }
-            let newton = x - miss / self.slope(x);
-            let next = match newton > low && newton < high {
-                true => newton,
-                false => 0.5 * (low + high),
-            };
-            if next == x || high - low <= f64::EPSILON * high {
-                return next;
-            }
-            x = next;
-        }
-        x
-    }
+/// The piece over a deflection.
+fn segment_at(points: &[(f64, f64)], x: f64) -> HermiteCubic {
+    segment_after(points, points.partition_point(|p| p.0 <= x).max(1) - 1)
 }
 
 /// The slope at a point: the weighted harmonic mean of both chords, which keeps the curve from turning back.

@@ -7,7 +7,7 @@ use crate::scene::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, Waveform,
 };
 use crate::scene::model::{
-    Axis, BranchDamping, ErrorCause, GlobalDamping, StiffnessVariation, ToothPairs,
+    Axis, BranchDamping, ErrorCause, GlobalDamping, MeshSprings, StiffnessVariation,
 };
 
 /// A whole machine before anything is eliminated or linearised.
@@ -125,8 +125,8 @@ pub struct Branch {
     pub stiffness_variation: Option<StiffnessVariation>,
     /// Force over deflection, where it is not linear; the stiffness of `law` is then its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
-    /// Tooth pairs one by one, for methods that locate events.
-    pub tooth_pairs: Option<ToothPairs>,
+    /// Springs that follow the load, for methods that locate events.
+    pub mesh_springs: Option<MeshSprings>,
 }
 
 /// Motor that drives a degree of freedom by its speed.

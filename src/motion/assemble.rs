@@ -1,6 +1,7 @@
 //! Assembly of the dynamic model `M q̈ + C q̇ + K q + Σ u F = f` from a machine and its scene.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use super::assembled::AssembledModel;
 use super::combination::LinearCombination;
@@ -15,6 +16,7 @@ use super::wave::{PeriodicFunction, WavePhase, Waveform};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::source_span::SourceSpan;
+use crate::gear::load::load_table::LoadTable;
 use crate::machine::components::{self, FrictionCapacity, Machine};
 use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
@@ -27,7 +29,10 @@ use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::Matrix;
 use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{self, FrictionLaw, InitialState, LoadHistory, MeshPhase, MotionProfile};
-use crate::scene::model::ToothPairs;
+use crate::scene::model::{MeshSprings, ToothPairs};
+
+/// One period of a wave, and load over deflection along it.
+type WaveShape = (Waveform, Option<Arc<LoadTable>>);
 
 /// Inputs shared by all parts of the assembly.
 struct Assembler<'a> {
@@ -247,9 +252,16 @@ impl Assembler<'_> {
         let damping = lb.damping + self.machine.damping.stiffness * lb.stiffness;
         let variation = match &part.stiffness_variation {
             None => None,
-            Some(wave) => Some(self.wave(lb.index, &wave.waveform, wave.phase, 1)?),
+            Some(wave) => {
+                let table = match &part.mesh_springs {
+                    Some(MeshSprings::LoadTable(table)) => Some(table.clone()),
+                    _ => None,
+                };
+                let shape = (wave.waveform.clone(), table);
+                Some(self.wave(lb.index, shape, wave.phase, 1)?)
+            }
         };
-        if let Some(pairs) = &part.tooth_pairs {
+        if let Some(MeshSprings::ToothPairs(pairs)) = &part.mesh_springs {
             return self.tooth_pairs(lb, pairs, damping);
         }
         let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
@@ -327,8 +339,9 @@ impl Assembler<'_> {
             let (imposed, followed) = self.declared_errors(lb.index, flank)?;
             for number in 0..pairs.count {
                 let lead = spring.phase + TAU * f64::from(number);
-                let wave = |waveform: &Waveform| self.wave(lb.index, waveform, lead, pairs.count);
-                let gap = wave(&spring.gap.scaled(sign))?;
+                let wave =
+                    |waveform: Waveform| self.wave(lb.index, (waveform, None), lead, pairs.count);
+                let gap = wave(spring.gap.scaled(sign))?;
                 let (mut imposed, mut followed) = (imposed.clone(), followed.clone());
                 add_displacement(gap, &mut imposed, &mut followed);
                 all.push(ForceElement {
@@ -351,7 +364,7 @@ impl Assembler<'_> {
                         contact_damping,
                         flanks,
                     }),
-                    stiffness_wave: Some(wave(&spring.stiffness)?),
+                    stiffness_wave: Some(wave(spring.stiffness.clone())?),
                     imposed_displacement: imposed,
                     angle_waves: followed,
                 });
@@ -378,7 +391,7 @@ impl Assembler<'_> {
     fn wave(
         &self,
         branch: usize,
-        waveform: &Waveform,
+        shape: WaveShape,
         lead: f64,
         period: u32,
     ) -> Result<PeriodicFunction, Error> {
@@ -397,24 +410,26 @@ impl Assembler<'_> {
         };
         let period = f64::from(period);
         let teeth = cycle.teeth as f64 / period;
-        let waveform = waveform.clone();
-        self.rotating_wave(waveform, cycle.turning, cycle.carrier, teeth, lead / period)
+        self.rotating_wave(shape, cycle.turning, cycle.carrier, teeth, lead / period)
     }
 
     /// A wave that passes `cycles` times a turn of a degree of freedom against its carrier.
     fn rotating_wave(
         &self,
-        waveform: Waveform,
+        (waveform, load_table): WaveShape,
         dof: usize,
         carrier: Option<usize>,
         cycles: f64,
         lead: f64,
     ) -> Result<PeriodicFunction, Error> {
-        Ok(match self.phase(dof, carrier, cycles, lead)? {
-            WavePhase::Imposed { omega, start } => {
-                PeriodicFunction::imposed(waveform, omega, start)
-            }
-            phase => PeriodicFunction { waveform, phase },
+        let wave = PeriodicFunction {
+            waveform,
+            load_table,
+            phase: self.phase(dof, carrier, cycles, lead)?,
+        };
+        Ok(match wave.phase {
+            WavePhase::Imposed { omega, start } => wave.imposed(omega, start),
+            WavePhase::FollowsAngle { .. } => wave,
         })
     }
 
@@ -494,7 +509,7 @@ impl Assembler<'_> {
         for (error, reach) in acting {
             let pace = error.periods_per_rev.0 as f64 / error.periods_per_rev.1 as f64;
             let wave = self.rotating_wave(
-                error.waveform.scaled(-reach.gain),
+                (error.waveform.scaled(-reach.gain), None),
                 error.rotation_dof,
                 error.carrier,
                 pace,

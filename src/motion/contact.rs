@@ -87,7 +87,7 @@ impl ContactLaw {
         self.half_play > 0.0 || self.flanks != ActiveFlanks::Both
     }
 
-    /// Contact state at a deflection and rate; `factor` is the value of its stiffness wave.
+    /// Contact state at a deflection and rate; `factor` is the secant stiffness there over that of the law.
     pub fn state(&self, delta: f64, rate: f64, factor: f64) -> ContactState {
         if !self.can_open() {
             return ContactState::Closed(Flank::Drive);
@@ -131,7 +131,7 @@ impl ContactLaw {
         }
     }
 
-    /// Contact force in a state.
+    /// Contact force in a state; `factor` is the secant stiffness over that of the law.
     pub fn force(&self, state: ContactState, factor: f64) -> Affine {
         let k = factor * self.stiffness;
         let gap_damping = if self.damping_convention() == ContactDamping::ActsInGap {
@@ -162,15 +162,6 @@ impl ContactLaw {
                 deflection: 2.0 * k,
                 rate: 0.0,
             },
-        }
-    }
-
-    /// The potential energy beyond the play.
-    pub fn potential_energy(&self, state: ContactState, factor: f64, delta: f64) -> f64 {
-        let beyond = self.penetration(state, delta);
-        match state {
-            ContactState::Open => 0.0,
-            _ => 0.5 * factor * self.stiffness * beyond * beyond,
         }
     }
 

@@ -166,7 +166,9 @@ fn fastest_of<'t>(
 fn spring(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
     let k = match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
-        ForceLaw::Contact(contact) if !contact.can_open() => contact.stiffness,
+        ForceLaw::Contact(contact) if !contact.can_open() && !branch.follows_load() => {
+            contact.stiffness
+        }
         _ => return None,
     };
     let least = branch

@@ -243,11 +243,12 @@ impl ForceElement {
         self.force_direction.as_ref().unwrap_or(&self.direction)
     }
 
-    /// The largest factor of its stiffness over its wave; one without.
+    /// The largest factor of its stiffness over its wave, of a load table over all its loads; one without.
     pub fn max_factor(&self) -> f64 {
         let wave = self.stiffness_wave.as_ref();
-        wave.map_or(1.0, |w| {
-            w.waveform.max().abs().max(w.waveform.lower_bound().abs())
+        wave.map_or(1.0, |w| match &w.load_table {
+            Some(table) => table.greatest_tangent(),
+            None => w.waveform.max().abs().max(w.waveform.lower_bound().abs()),
         })
     }
 
@@ -319,20 +320,6 @@ impl ForceElement {
         }
         (delta, rate)
     }
-
-    /// The value of its stiffness wave on a piece of it, and d/dψ.
-    pub fn factor(&self, t: f64, q: &[f64], piece: u32) -> (f64, f64) {
-        match &self.stiffness_wave {
-            None => (1.0, 0.0),
-            Some(wave) => {
-                let psi = wave.phase.phase_at(t, q);
-                (
-                    wave.waveform.value_in(psi, piece as usize),
-                    wave.waveform.slope_in(psi, piece as usize),
-                )
-            }
-        }
-    }
 }
 
 impl DynamicModel {
@@ -370,7 +357,8 @@ impl DynamicModel {
                 | ForceLaw::AngleLocked { .. }
                 | ForceLaw::Nonlinear { .. } => false,
             };
-            let known = |wave: &PeriodicFunction| wave.phase.angle().is_none();
+            let known =
+                |wave: &PeriodicFunction| wave.phase.angle().is_none() && wave.load_table.is_none();
             linear && b.angle_waves.is_empty() && b.stiffness_wave.as_ref().is_none_or(known)
         })
     }

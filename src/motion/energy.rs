@@ -29,7 +29,8 @@ impl DynamicModel {
             potential += match (&b.law, regime.states[at]) {
                 (ForceLaw::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
-                    contact.potential_energy(state, b.factor(t, q, piece).0, delta)
+                    let g = contact.penetration(state, delta);
+                    contact.stiffness * b.contact_spring((t, q), g, piece).energy
                 }
                 (ForceLaw::Nonlinear { characteristic, .. }, _) => {
                     characteristic.potential_energy(delta)
@@ -105,12 +106,12 @@ impl DynamicModel {
                     let ElementState::Contact(state, of_wave) = regime.states[at] else {
                         continue;
                     };
-                    let (factor, slope) = b.factor(t, q, of_wave);
-                    let beyond = contact.penetration(state, delta);
-                    powers.dissipated += (force - factor * contact.stiffness * beyond) * rate;
+                    let g = contact.penetration(state, delta);
+                    let spring = b.contact_spring((t, q), g, of_wave);
+                    powers.dissipated += (force - spring.secant * contact.stiffness * g) * rate;
                     if let Some(wave) = &b.stiffness_wave {
-                        let rate = slope * wave.phase.imposed_rate(t);
-                        powers.input += 0.5 * contact.stiffness * rate * beyond * beyond;
+                        let rate = spring.phase_slope * wave.phase.imposed_rate(t);
+                        powers.input += contact.stiffness * rate;
                     }
                 }
                 ForceLaw::Nonlinear { damping, .. } => powers.dissipated += damping * rate * rate,

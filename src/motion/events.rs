@@ -13,8 +13,7 @@ use super::problem::{DenseOutput, IntegrationOptions, IntegrationStats, OdeProbl
 use super::progress::{SampleEmitter, check_budget, check_options, next_discontinuity_within};
 use super::stepper::Stepper;
 use super::switching_surface::{
-    SwitchingSurface, WaveKind, WavePiece, contact_boundary, error_wave_pieces, switching_surfaces,
-    wave_pieces,
+    SwitchingSurface, WaveKind, WavePiece, error_wave_pieces, switching_surfaces, wave_pieces,
 };
 use super::wave::WavePhase;
 use crate::base::code::Code;
@@ -284,24 +283,18 @@ impl EventRun<'_> {
 
     /// Goes to the other side of a switching surface.
     fn apply_switch(&mut self, surface: SwitchingSurface) -> Result<(), Error> {
-        let n = self.model.coordinate_count();
         let branch = surface.branch(&self.spans);
         self.entered[branch] = true;
         self.switches[branch] += 1;
         self.stats.events += 1;
         match surface {
             SwitchingSurface::Contact(_, which) => {
-                let beyond = contact_boundary(
-                    self.model,
-                    &self.regime,
-                    branch,
-                    which,
-                    self.t,
-                    &self.y[..n],
-                );
-                if let (Some((_, state)), ElementState::Contact(_, piece)) =
-                    (beyond, self.regime.states[branch])
+                let b = &self.model.elements[branch];
+                if let (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) =
+                    (&b.law, self.regime.states[branch])
+                    && let Some((_, state)) = contact.switching_functions(state, 1.0).get(which)
                 {
+                    let state = *state;
                     self.regime.states[branch] = ElementState::Contact(state, piece);
                 }
             }
@@ -379,8 +372,8 @@ impl EventRun<'_> {
             (&b.law, self.regime.states[branch])
         {
             let pieces = self.model.error_pieces(Some(&self.regime), branch, self.t);
-            let (delta, rate) = b.deflection(self.t, q, v, pieces);
-            let anew = contact.state(delta, rate, b.factor(self.t, q, piece).0);
+            let deflection = b.deflection(self.t, q, v, pieces);
+            let anew = b.contact_state(contact, (self.t, q), deflection, piece);
             self.stats.events += u64::from(anew != state);
             self.regime.states[branch] = ElementState::Contact(anew, piece);
         }

@@ -63,8 +63,11 @@ impl DynamicModel {
         match &b.law {
             ForceLaw::Contact(contact) => {
                 let (state, of_wave) = self.contact_state(branch, contact, regime, t, y);
-                let force = contact.force(state, b.factor(t, q, of_wave).0);
-                (force.value_at(delta, rate), force.deflection, force.rate)
+                let g = contact.penetration(state, delta);
+                let spring = b.contact_spring((t, q), g, of_wave);
+                let force = contact.force(state, spring.secant);
+                let slope = contact.force(state, spring.tangent).deflection;
+                (force.value_at(delta, rate), slope, force.rate)
             }
             ForceLaw::Friction(friction) => {
                 dry_friction_force(friction, regime.map(|r| r.states[branch]), rate)
@@ -146,11 +149,12 @@ impl DynamicModel {
             .stiffness_wave
             .as_ref()
             .map_or(0, |w| w.waveform.piece(w.phase.phase_at(t, q)) as u32);
-        let (delta, rate) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
-        (contact.state(delta, rate, b.factor(t, q, piece).0), piece)
+        let deflection = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
+        (b.contact_state(contact, (t, q), deflection, piece), piece)
     }
 
-    /// Adds the terms of a wave that follows an angle: e(φ) turns the direction of its force, k(φ) adds ½ k′ g² along the angle.
+    /// Adds the terms of a wave that follows an angle: e(φ) turns the direction of its force, k(φ) adds ½ k′ g², a load table ∂V/∂φ, along
+    /// the angle.
     fn add_angle_terms(
         &self,
         branch: usize,
@@ -178,8 +182,8 @@ impl DynamicModel {
         ) {
             let (state, piece) = self.contact_state(branch, contact, regime, t, y);
             let (delta, _) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
-            let beyond = contact.penetration(state, delta);
-            let push = 0.5 * contact.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
+            let spring = b.contact_spring((t, q), contact.penetration(state, delta), piece);
+            let push = contact.stiffness * spring.phase_slope / TAU;
             angle.entries().for_each(|(i, a)| g[i] -= a * push);
         }
     }

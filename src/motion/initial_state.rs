@@ -2,7 +2,7 @@
 
 use super::assembled::AssembledModel;
 use super::contact::{ActiveFlanks, ContactLaw};
-use super::dynamic_model::{DynamicModel, ForceLaw};
+use super::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use super::pencil::add_outer_product;
 use super::problem::OdeProblem;
 use super::signal::Signal;
@@ -215,8 +215,12 @@ fn static_equilibrium(
     t: f64,
     y: &[f64],
 ) -> Result<Vec<f64>, Error> {
+    let n = model.coordinate_count();
     let mut straight = model.clone();
     for b in &mut straight.elements {
+        if let Some(wave) = &mut b.stiffness_wave {
+            wave.load_table = None;
+        }
         if let ForceLaw::Nonlinear { characteristic, .. } = &b.law {
             b.law = ForceLaw::Linear {
                 stiffness: characteristic.rated_secant(),
@@ -228,6 +232,10 @@ fn static_equilibrium(
         let q = static_deflection(&straight, rigid, t, y)?;
         let mut moved = 0.0f64;
         for (b, straight) in model.elements.iter().zip(&mut straight.elements) {
+            if b.follows_load() {
+                moved = moved.max(update_mesh_secant(b, straight, t, &y[..n], &q));
+                continue;
+            }
             let (ForceLaw::Nonlinear { characteristic, .. }, ForceLaw::Linear { stiffness, .. }) =
                 (&b.law, &mut straight.law)
             else {
@@ -245,6 +253,38 @@ fn static_equilibrium(
     let message = "the forces in couplings and teeth that are not linear do not settle under the loads at the start";
     Err(Error::new(Code::NoConvergence, message)
         .with_hint("start from rest, or change a load slightly"))
+}
+
+/// Replaces the stiffness of `straight` by the secant of a mesh that follows its load under the same force; the relative change. Waves go
+/// by the coordinates `y`.
+fn update_mesh_secant(
+    b: &ForceElement,
+    straight: &mut ForceElement,
+    t: f64,
+    y: &[f64],
+    q: &[f64],
+) -> f64 {
+    let (Some(wave), ForceLaw::Contact(law)) = (&b.stiffness_wave, &b.law) else {
+        return 0.0;
+    };
+    let psi = wave.phase.phase_at(t, y);
+    let piece = wave.waveform.piece(psi);
+    let (delta, _) = b.deflection(t, q, &vec![0.0; q.len()], b.pieces_at(t));
+    let g = delta.abs() - law.half_play;
+    let factor = wave.waveform.value_in(psi, piece);
+    let (Some(curve), ForceLaw::Contact(straight)) =
+        (wave.load_curve(psi, piece), &mut straight.law)
+    else {
+        return 0.0;
+    };
+    let load = factor * straight.stiffness / law.stiffness * g;
+    if load.is_nan() || load <= 0.0 {
+        return 0.0;
+    }
+    let next = law.stiffness * load / curve.at_load(load)[0] / factor;
+    let moved = (next / straight.stiffness - 1.0).abs();
+    straight.stiffness = next;
+    moved
 }
 
 /// Coordinates under the loads of the instant.

@@ -22,6 +22,8 @@ pub mod problem;
 
 pub mod dynamic_model;
 
+pub mod contact_spring;
+
 pub mod algebraic;
 
 pub mod normal_force;

@@ -410,14 +410,12 @@ fn restrict_wave(
     kept: &[usize],
     motions: &[PrescribedMotion],
 ) -> PeriodicFunction {
+    let wave = wave.clone();
     match (restrict_phase(&wave.phase, kept, motions), &wave.phase) {
         (WavePhase::Imposed { omega, start }, WavePhase::FollowsAngle { .. }) => {
-            PeriodicFunction::imposed(wave.waveform.clone(), omega, start)
+            wave.imposed(omega, start)
         }
-        (phase, _) => PeriodicFunction {
-            waveform: wave.waveform.clone(),
-            phase,
-        },
+        (phase, _) => PeriodicFunction { phase, ..wave },
     }
 }
 

@@ -58,9 +58,9 @@ impl DynamicModel {
                         .stiffness_wave
                         .as_ref()
                         .map_or(0, |w| w.waveform.piece(w.phase.phase_at(t, q)) as u32);
-                    let (delta, rate) = b.deflection(t, q, v, piece);
+                    let deflection = b.deflection(t, q, v, piece);
                     ElementState::Contact(
-                        contact.state(delta, rate, b.factor(t, q, of_wave).0),
+                        b.contact_state(contact, (t, q), deflection, of_wave),
                         of_wave,
                     )
                 }

@@ -1,6 +1,6 @@
 //! Switching surfaces of a regime: contact gaps, friction breakaway, ends of wave pieces.
 
-use super::contact::{Affine, ContactState};
+use super::contact::Affine;
 use super::dynamic_model::{DynamicModel, ElementState, ForceElement, ForceLaw, Regime};
 use super::friction::FrictionState;
 use super::load_friction::FrictionLevers;
@@ -238,13 +238,11 @@ impl SwitchingSurface {
         match *self {
             SwitchingSurface::Contact(branch, which) => {
                 let (delta, rate) = deflection(branch);
-                let affine = contact_boundary(model, regime, branch, which, t, q).map_or(
-                    Affine {
+                let affine = contact_boundary(model, regime, (branch, which), (t, q), delta)
+                    .unwrap_or(Affine {
                         constant: f64::INFINITY,
                         ..Affine::default()
-                    },
-                    |surface| surface.0,
-                );
+                    });
                 let b = &model.elements[branch];
                 let size = affine.constant.abs()
                     + affine.deflection.abs() * (rounding_scale(&b.direction, q) + delta.abs())
@@ -287,21 +285,22 @@ impl SwitchingSurface {
     }
 }
 
-/// Switching function of a contact, and the contact state beyond.
-pub fn contact_boundary(
+/// Switching function of a contact with its secant stiffness at a deflection.
+fn contact_boundary(
     model: &DynamicModel,
     regime: &Regime,
-    branch: usize,
-    which: usize,
-    t: f64,
-    q: &[f64],
-) -> Option<(Affine, ContactState)> {
+    (branch, which): (usize, usize),
+    at: (f64, &[f64]),
+    delta: f64,
+) -> Option<Affine> {
     let b: &ForceElement = &model.elements[branch];
     match (&b.law, regime.states[branch]) {
-        (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => contact
-            .switching_functions(state, b.factor(t, q, piece).0)
-            .get(which)
-            .copied(),
+        (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
+            let g = contact.penetration(state, delta);
+            let spring = b.contact_spring(at, g, piece);
+            let functions = contact.switching_functions(state, spring.secant);
+            functions.get(which).map(|function| function.0)
+        }
         _ => None,
     }
 }

@@ -1,8 +1,10 @@
 //! Periodic functions of a phase: mesh stiffness and transmission error.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use super::signal::Signal;
+use crate::gear::load::load_table::{LoadCurve, LoadTable};
 use crate::machine::direction::Direction;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
@@ -13,6 +15,8 @@ pub use crate::scene::laws::Waveform;
 pub struct PeriodicFunction {
     /// One period.
     pub waveform: Waveform,
+    /// Load over deflection along the period, where a stiffness follows its load: then the waveform is the secant at the mean load.
+    pub load_table: Option<Arc<LoadTable>>,
     /// Phase of the function.
     pub phase: WavePhase,
 }
@@ -39,14 +43,15 @@ pub enum WavePhase {
 }
 
 impl PeriodicFunction {
-    /// A wave at imposed speed, in the sense of rising phase: run backward, a period is its mirror image.
-    pub fn imposed(waveform: Waveform, omega: f64, start: f64) -> PeriodicFunction {
+    /// The function at imposed speed, in the sense of rising phase: run backward, a period is its mirror image.
+    pub fn imposed(self, omega: f64, start: f64) -> PeriodicFunction {
         if omega >= 0.0 {
             return PeriodicFunction {
-                waveform,
                 phase: WavePhase::Imposed { omega, start },
+                ..self
             };
         }
+        let waveform = self.waveform;
         let (waveform, start) = match waveform {
             // High for 0 ≤ ψ < duty backward is high for 0 ≤ ψ + duty < duty forward.
             Waveform::Rectangular { duty, .. } => (waveform, TAU * duty - start),
@@ -63,11 +68,19 @@ impl PeriodicFunction {
         };
         PeriodicFunction {
             waveform,
+            load_table: self.load_table.map(|table| Arc::new(table.reversed())),
             phase: WavePhase::Imposed {
                 omega: -omega,
                 start,
             },
         }
+    }
+
+    /// Load over deflection at ψ on a piece of the period, where the function has it.
+    pub fn load_curve(&self, psi: f64, piece: usize) -> Option<LoadCurve<'_>> {
+        let table = self.load_table.as_ref()?;
+        let share = into_piece(psi, piece, table.position_count());
+        Some(table.curve(piece, share))
     }
 }
 

@@ -46,6 +46,8 @@ pub mod mac;
 
 pub mod parabola;
 
+pub mod hermite_cubic;
+
 pub mod registers;
 
 pub mod products;

@@ -68,8 +68,11 @@ impl SimulationResult {
         let carry_out = |choice: &MethodChoice| {
             let mut rows = OnlineAnalysis::new(machine, &ready, &study.running)?;
             let mut first = compares.then(|| RunSamples::new(&ready));
+            let mut beyond: Option<(usize, f64)> = None;
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
                 hear(share * at.0 / ready.end_time);
+                let loads = ready.model.model.loads_over_tables(at.0, at.1);
+                beyond = loads.chain(beyond).max_by(|a, b| a.1.total_cmp(&b.1));
                 first
                     .iter_mut()
                     .for_each(|first| first.see(&ready, at, values));
@@ -78,11 +81,11 @@ impl SimulationResult {
             let kept = (study.running.history, &mut watch as &mut StepObserver);
             let history = run::run_observed(&ready, choice, study.energy, cancel, kept)?;
             let result = rows.finish(history.interrupted)?;
-            Ok::<_, Error>((history, result, first))
+            Ok::<_, Error>((history, (result, beyond), first))
         };
         let first = method_choice::choose_method(&ready.model.model, study)?;
         cost::check_budget(&ready, &first, study)?;
-        let (choice, history, (result, rows), handed_over) = match carry_out(&first) {
+        let (choice, history, ((result, beyond), rows), handed_over) = match carry_out(&first) {
             Ok((history, result, rows)) => (first, history, (result, rows), None),
             Err(error) => {
                 let next = method_choice::fallback(&ready.model.model, study, &first, &error);
@@ -116,6 +119,7 @@ impl SimulationResult {
                 input_sampling_warning(&ready)
                     .or_else(|| output_sampling_warning(&ready, &history)),
             )
+            .chain(beyond.and_then(|most| beyond_load_table(&ready.model.model, most)))
             .chain(sensitivity.as_ref().and_then(unpredictable))
             .chain(not_compared)
             .chain(result.diagnostics.clone())
@@ -154,6 +158,19 @@ fn unpredictable(sensitivity: &Sensitivity) -> Option<Diagnostic> {
             "use the rms and the percentiles over the second half; a longer motion narrows their intervals"
                 .to_string(),
         ),
+    })
+}
+
+/// A mesh under a larger load than its table has.
+fn beyond_load_table(model: &DynamicModel, (at, share): (usize, f64)) -> Option<Diagnostic> {
+    let name = &model.elements[at].name;
+    (share > 1.0).then(|| Diagnostic {
+        code: "beyond-load-table",
+        message: format!(
+            "`{name}` carries up to {} times the largest load of its table: there the tangent at that load goes on",
+            format_number(share)
+        ),
+        hint: Some("give a larger last torque of `torques` in [mesh] of its gear file".to_string()),
     })
 }
 

@@ -38,6 +38,15 @@ pub fn text(result: &BevelMeshResult, studies: &MeshStudies) -> String {
         result.body,
         result.left_out.join(", ")
     );
+    if let Some(between) = studies.between_torques {
+        text += &format!(
+            "between the torques (cubics of the turn by its values and tangents; by every second torque left out): te off by at most {:.2}″, {} µm, k secant by {} %, k tangent by {} % in the mean over the pitch\n",
+            ARCSEC * between.deflection,
+            significant(1e6 * result.lever * between.deflection),
+            significant(100.0 * between.secant),
+            significant(100.0 * between.tangent),
+        );
+    }
     if let Some(changes) = &studies.changes {
         text += &format!("\n{}", changes_table(result, changes).text());
     }
@@ -192,6 +201,12 @@ pub fn mesh_json(result: &BevelMeshResult, studies: &MeshStudies) -> Value {
         "left_out": result.left_out,
         "te_direction": TE_DIRECTION,
         "te_error_arcsec": studies.te_errors.as_ref().map(|all| all.iter().map(|e| ARCSEC * e).collect::<Vec<_>>()),
+        "between_torques": studies.between_torques.map(|between| json!({
+            "te_arcsec": ARCSEC * between.deflection,
+            "te_um": micro * between.deflection,
+            "secant_relative": between.secant,
+            "tangent_mean_relative": between.tangent,
+        })),
         "lever_m": result.lever,
         "torques_nm": mesh.cycles.iter().map(|c| c.torque).collect::<Vec<_>>(),
         "pinion_angle_rad": mesh.pinion_angles,

@@ -69,7 +69,7 @@ impl ConstrainedCoordinates {
                     backlash: 0.0,
                     contact_damping: None,
                     stiffness_variation: None,
-                    tooth_pairs: None,
+                    mesh_springs: None,
                     characteristic: None,
                 }),
             }

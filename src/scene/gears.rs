@@ -119,7 +119,7 @@ fn of_bevel_file(pair: GearPair, gear: Arc<BevelMesh>) -> GearPair {
                 averaged_te: te,
                 phase: 0.0,
                 is_coast: gear.is_coast(),
-                pairs: None,
+                springs: None,
             }),
             ..pair.contact
         },

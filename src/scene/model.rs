@@ -10,6 +10,7 @@ use super::laws::{
 };
 use super::pair_mesh::PairMesh;
 use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::gear::load::load_table::LoadTable;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
 #[derive(Debug, Clone, Default)]
@@ -236,13 +237,15 @@ impl ContactParameters {
         }
         if let Some(flanks) = &mut self.flanks {
             flanks.phase += by;
-            let springs = flanks.pairs.iter_mut().flat_map(|pairs| &mut pairs.flanks);
-            springs.for_each(|spring| spring.phase += by);
+            if let Some(MeshSprings::ToothPairs(pairs)) = &mut flanks.springs {
+                let springs = pairs.flanks.iter_mut();
+                springs.for_each(|spring| spring.phase += by);
+            }
         }
     }
 }
 
-/// Transmission error of the flanks that carry, over one mesh cycle, and tooth pairs one by one.
+/// Transmission error of the flanks that carry, over one mesh cycle, and what motions take in place of one spring.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFlanks {
     /// Transmission error without load along the branch, m: with the stiffness over the cycle it gives that under load.
@@ -253,8 +256,17 @@ pub struct MeshFlanks {
     pub phase: f64,
     /// The coast flanks carry.
     pub is_coast: bool,
+    /// Springs that follow the load.
+    pub springs: Option<MeshSprings>,
+}
+
+/// Springs of a mesh whose force follows the load, for methods that locate events.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshSprings {
     /// One-sided springs of the tooth pairs, where there is play.
-    pub pairs: Option<ToothPairs>,
+    ToothPairs(ToothPairs),
+    /// Force over the mean stiffness, m, over the deflection, m, by the phase of the stiffness variation.
+    LoadTable(Arc<LoadTable>),
 }
 
 /// The tooth pairs of a mesh that can touch, one behind the other by a mesh cycle.

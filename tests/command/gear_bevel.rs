@@ -917,6 +917,17 @@ fn keeps_loaded_contact_of_a_bevel_file() {
             .map(|key| number(&mesh[key][1][k]));
         assert!(tangent > secant, "{tangent} {secant}");
     }
+    // Of two torques the first is left out and found by the power of the second: its exponent is secant over tangent stiffness.
+    let unloaded = numbers(&mesh["unloaded_te_arcsec"]);
+    let off = (0..8).map(|k| {
+        let [secant, tangent] = ["stiffness_secant_n_per_m", "stiffness_tangent_n_per_m"]
+            .map(|key| number(&mesh[key][1][k]));
+        let power = 0.25f64.powf(secant / tangent);
+        (power * (unloaded[k] - heavy[k]) - (unloaded[k] - light[k])).abs()
+    });
+    let stated = number(&mesh["between_torques"]["te_arcsec"]);
+    let apart = off.fold(0.0, f64::max) / stated - 1.0;
+    within("error of te between two torques", apart.abs(), 1e-9);
     let (code, text, _) = said(&[
         "gear",
         NASA,

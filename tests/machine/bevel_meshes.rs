@@ -15,7 +15,7 @@ use geardyn::internals::plan::simulate::SimulationResult;
 use geardyn::internals::plan::stages::StageDecision;
 use geardyn::internals::plan::transmission::run::run;
 use geardyn::internals::scene::bevel_file;
-use geardyn::internals::scene::laws::InitialState;
+use geardyn::internals::scene::laws::{InitialState, LoadHistory};
 use geardyn::internals::scene::study::{SimulateStudy, TransmissionStudy};
 use geardyn::internals::scene::{self, Scene};
 
@@ -26,7 +26,7 @@ const NASA: &str = "models/gears/bevel_12_36.toml";
 const TORQUE: f64 = 40.0;
 
 /// The shipped pair with a coarse mesh; `extra` before the table of the gear.
-fn file(name: &str, mesh: &str) -> PathBuf {
+pub fn file(name: &str, mesh: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bevel_meshes");
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name);
@@ -40,7 +40,7 @@ fn file(name: &str, mesh: &str) -> PathBuf {
 }
 
 /// The mesh of a file, and the sense in which its pinion drives.
-fn mesh_of(path: &Path) -> (BevelMeshResult, f64) {
+pub fn mesh_of(path: &Path) -> (BevelMeshResult, f64) {
     let source = load::load(path).unwrap();
     let flags = Flags::default();
     let file = bevel_file::read(&source, &flags).unwrap();
@@ -64,7 +64,7 @@ fn coarse() -> &'static (PathBuf, BevelMeshResult, f64) {
 }
 
 /// Two bodies and the pair; the pinion's torque in N·m where there is one.
-fn two_bodies(path: &Path, keys: &str, torque: Option<f64>) -> Scene {
+pub fn two_bodies(path: &Path, keys: &str, torque: Option<f64>) -> Scene {
     let load = torque.map_or(String::new(), |t| {
         format!(
             "load = [{{ at = \"a\", torque = {t} }}, {{ at = \"b\", torque = {} }}]\n",
@@ -81,7 +81,7 @@ fn two_bodies(path: &Path, keys: &str, torque: Option<f64>) -> Scene {
     scene::read_text("models/test.toml", &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn prepared(scene: &Scene) -> PreparedMachine {
+pub fn prepared(scene: &Scene) -> PreparedMachine {
     PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -153,27 +153,7 @@ fn law_routes_to_loaded_bevel_error() {
         "damping_ratio = 0.05",
         "damping_ratio = 0.05, contact_damping = \"no-pull\", backlash = 1e-4",
     ] {
-        let [pinion, gear] = slow_motion(path, keys);
-        let step = TAU / 12.0 / te.len() as f64;
-        let play = if keys.contains("backlash") {
-            0.5e-4
-        } else {
-            0.0
-        };
-        let (mut worst, mut compared) = (0.0f64, 0);
-        for (theta, turned) in pinion.iter().zip(&gear) {
-            // The gear is ahead by te; play leaves it behind by half.
-            let ahead = -(turned + theta / 3.0) * result.lever;
-            let at = (sense * theta / step).rem_euclid(te.len() as f64);
-            // Between the positions k(φ) and e(φ) are straight, and e(φ, T) is not.
-            if (at - at.round()).abs() > 0.05 {
-                continue;
-            }
-            let e = te[at.round() as usize % te.len()];
-            compared += 1;
-            worst = worst.max((ahead + play - result.lever * e).abs());
-        }
-        assert_eq!(compared, te.len(), "{keys}");
+        let worst = off_in_slow_motion(path, keys, [TORQUE; 2], (result, *sense));
         within(
             &format!("slow motion, {keys}, of the range"),
             worst / (result.lever * (high - low)),
@@ -186,9 +166,52 @@ fn order(row: &geardyn::internals::plan::transmission::result::OrderLineResult) 
     row.line.order.to_f64()
 }
 
-/// Angles of pinion and gear over a pitch at 1 rad/s.
-fn slow_motion(path: &Path, keys: &str) -> [Vec<f64>; 2] {
-    let mut scene = two_bodies(path, keys, Some(TORQUE));
+/// How far the transmission error of a slow motion under a load is off e(φ, T) of a mesh at its only torque, m: at its positions.
+pub fn off_in_slow_motion(
+    path: &Path,
+    keys: &str,
+    torques: [f64; 2],
+    (result, sense): (&BevelMeshResult, f64),
+) -> f64 {
+    let te = result.mesh.cycles[0].of(|p| p.te);
+    let [pinion, gear] = slow_motion(path, keys, torques);
+    let step = TAU / 12.0 / te.len() as f64;
+    let play = if keys.contains("backlash") {
+        0.5e-4
+    } else {
+        0.0
+    };
+    let (mut worst, mut compared) = (0.0f64, 0);
+    for (theta, turned) in pinion.iter().zip(&gear) {
+        // The gear is ahead by te; play leaves it behind by half.
+        let ahead = -(turned + theta / 3.0) * result.lever;
+        let at = (sense * theta / step).rem_euclid(te.len() as f64);
+        // Between the positions k(φ) and e(φ) are straight, and e(φ, T) is not.
+        if (at - at.round()).abs() > 0.05 {
+            continue;
+        }
+        let e = te[at.round() as usize % te.len()];
+        compared += 1;
+        worst = worst.max((ahead + play - result.lever * e).abs());
+    }
+    assert_eq!(compared, te.len(), "{keys}");
+    worst
+}
+
+/// The machine of a scene, under other loads than those that determine its meshes.
+pub fn reloaded(scene: &Scene, factor: f64) -> PreparedMachine {
+    let mut machine = prepared(scene);
+    for (_, history, _) in &mut machine.machine.histories {
+        if let LoadHistory::Constant(torque) = history {
+            *torque *= factor;
+        }
+    }
+    machine
+}
+
+/// Angles of pinion and gear over a pitch at 1 rad/s: meshes at the first torque, loads of the second.
+fn slow_motion(path: &Path, keys: &str, [design, torque]: [f64; 2]) -> [Vec<f64>; 2] {
+    let mut scene = two_bodies(path, keys, Some(design));
     let text = "title = \"m\"\nsource = \"t\"\nunits = \"SI\"\ninertia = [{ name = \"a\", J = 1.0 }]\n\
         [[motor]]\nname = \"m\"\nat = \"a\"\nkind = \"speed\"\nspeed = \"1 rad/s\"\n";
     let motor = scene::read_text("models/motor.toml", text).unwrap_or_else(|e| panic!("{e}"));
@@ -201,7 +224,7 @@ fn slow_motion(path: &Path, keys: &str) -> [Vec<f64>; 2] {
         no_sensitivity: true,
         ..SimulateStudy::default()
     };
-    let machine = prepared(&scene);
+    let machine = reloaded(&scene, torque / design);
     let motion =
         SimulationResult::simulate(&scene, &machine, &study, &CancelToken::default(), &|_| ())
             .unwrap_or_else(|e| panic!("{e}"));

@@ -20,6 +20,7 @@ use geardyn::internals::response::excitation::excitations;
 use geardyn::internals::scene::gear_file::{self, GearFile};
 use geardyn::internals::scene::initial_conditions::InitialConditions;
 use geardyn::internals::scene::laws::{InitialState, Waveform};
+use geardyn::internals::scene::model::MeshSprings;
 use geardyn::internals::scene::study::{SimulateStudy, StudyKind, TransmissionStudy};
 use geardyn::internals::scene::{self, Scene};
 
@@ -240,7 +241,9 @@ fn law_pairs_carry_what_the_mesh_carries() {
     for (path, load) in [(PLAIN, 1.0), (RELIEVED, 1.0), (RELIEVED, -0.6)] {
         let machine = prepared(&two_bodies(&named(path), load));
         let branch = &machine.machine.branches[0];
-        let pairs = branch.tooth_pairs.as_ref().unwrap();
+        let Some(MeshSprings::ToothPairs(pairs)) = &branch.mesh_springs else {
+            panic!("no tooth pairs");
+        };
         assert_eq!(pairs.count, 3, "ε_α = 1.71");
         let torque = 300.0 * load.abs();
         let result = pitch_of(path, torque);

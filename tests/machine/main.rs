@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bevel_load_tables;
 mod bevel_meshes;
 mod campbell;
 mod characteristics;
@@ -21,6 +22,7 @@ mod laws_of_motion;
 mod library;
 mod light_nodes;
 mod linear_stability;
+mod load_tables;
 mod loss_factors;
 mod maps;
 mod measure_composite;

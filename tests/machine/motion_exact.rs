@@ -742,6 +742,7 @@ fn exact_rectangular_stiffness() {
     for (omega, start, duty) in [(1.7, 0.4, 0.3), (-1.7, 0.4, 0.3), (2.0, 0.0, 0.5)] {
         let mut mesh = branch(&[(0, 1.0)], play(1.0, 0.0, 0.0, ContactDamping::Adhesive));
         mesh.stiffness_wave = Some(PeriodicFunction {
+            load_table: None,
             waveform: Waveform::Rectangular {
                 high: 1.4,
                 low: 0.6,
@@ -832,6 +833,7 @@ fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
             ContactDamping::Adhesive,
         );
         branches[n / 2].stiffness_wave = Some(PeriodicFunction {
+            load_table: None,
             waveform: Waveform::Rectangular {
                 high: 1.2,
                 low: 0.8,

@@ -321,7 +321,11 @@ fn refuses_what_does_not_repeat() {
             known: None,
         };
         let waveform = cosine(0.1);
-        model.elements[0].stiffness_wave = Some(PeriodicFunction { waveform, phase });
+        model.elements[0].stiffness_wave = Some(PeriodicFunction {
+            waveform,
+            load_table: None,
+            phase,
+        });
     };
     assert!(reason(&angle).contains("angle"));
     let golden = |model: &mut DynamicModel| {

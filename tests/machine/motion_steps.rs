@@ -654,6 +654,7 @@ fn law_followed_angle_at_constant_speed() {
         duty: 0.6,
     };
     let wave = |phase| PeriodicFunction {
+        load_table: None,
         waveform: shape(),
         phase,
     };

@@ -71,7 +71,11 @@ pub fn push(at: usize, signal: Signal) -> AppliedForce {
 
 pub fn wave(waveform: Waveform, omega: f64, start: f64) -> Option<PeriodicFunction> {
     let phase = WavePhase::Imposed { omega, start };
-    Some(PeriodicFunction { waveform, phase })
+    Some(PeriodicFunction {
+        waveform,
+        load_table: None,
+        phase,
+    })
 }
 
 /// `1 + amplitude cos ψ`.

@@ -30,6 +30,9 @@ pub mod load_path;
 /// Results of flanks in space over one pitch.
 pub mod flank_result;
 
+/// Load over deflection of a mesh through its phase.
+pub mod load_table;
+
 /// Flanks in space at one angle, and a load on them.
 pub mod flank_position;
 

@@ -65,7 +65,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> R
                 backlash: 0.0,
                 contact_damping: None,
                 stiffness_variation: None,
-                tooth_pairs: None,
+                mesh_springs: None,
                 characteristic: None,
             });
         }

@@ -13,6 +13,7 @@ use crate::gear::load::bevel_teeth::BevelTeeth;
 use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, FlankSurplus, LEAST_ASPECT};
 use crate::gear::load::flank_position::ToothBending;
 use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult, StripChange};
+use crate::gear::load::load_table::{LoadInterpolation, LoadTable};
 use crate::gear::load::material::Material;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -45,6 +46,8 @@ pub struct BevelMeshResult {
 pub struct MeshStudies {
     /// Error of e(φ, T) from the stations by torque, rad; none where half as many do not carry.
     pub te_errors: Option<Vec<f64>>,
+    /// Errors between the torques, N·m and rad at the gear; none of a single torque.
+    pub between_torques: Option<LoadInterpolation>,
     /// Torques up to the largest at which strips begin or cease to carry, by position, where they are requested.
     pub changes: Option<Vec<Vec<StripChange>>>,
     /// The contact over load and misalignment, where departures of the axes are stated.
@@ -134,6 +137,7 @@ impl<'a> LoadedPair<'a> {
         Ok(MeshStudies {
             // Half as many stations may be too few to solve: then the error is not known.
             te_errors: self.flank_mesh().te_errors(mesh).ok(),
+            between_torques: LoadTable::of(mesh).map(|table| table.interpolation()),
             changes: changes.transpose().map_err(located)?,
             stability: stability.map_err(located)?,
         })

@@ -11,7 +11,7 @@ use crate::gear::load::mesh::LoadedMesh;
 use crate::gear::load::mesh_result::{LoadedCycle, PairCurve};
 use crate::scene::gear_mesh::GearMesh;
 use crate::scene::laws::Waveform;
-use crate::scene::model::{MeshFlanks, PairSpring, StiffnessVariation, ToothPairs};
+use crate::scene::model::{MeshFlanks, MeshSprings, PairSpring, StiffnessVariation, ToothPairs};
 
 /// Place of a mesh on a branch of a machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,8 +91,11 @@ impl MeshCurves {
         let along = seat.projection;
         let flank = seat.flank(mesh, is_coast);
         let averaged = cycle.te.iter().map(|e| along * (e + load / mean));
-        let pairs = match mesh.backlash > 0.0 {
-            true => Some(tooth_pairs(mesh, &loaded, cycle, mean, seat)?),
+        let springs = match mesh.backlash > 0.0 {
+            true => {
+                let pairs = tooth_pairs(mesh, &loaded, cycle, mean, seat)?;
+                Some(MeshSprings::ToothPairs(pairs))
+            }
             false => None,
         };
         Ok(MeshCurves {
@@ -106,7 +109,7 @@ impl MeshCurves {
                 averaged_te: flank.table(averaged.collect()),
                 phase: flank.phase,
                 is_coast,
-                pairs,
+                springs,
             },
             peak_to_peak: along * cycle.peak_to_peak(),
             interpolation: InterpolationError::of(&scaled(&cycle.te, along), &cycle.secant),

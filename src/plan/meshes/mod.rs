@@ -8,4 +8,6 @@ mod torques;
 
 pub mod work;
 
+mod rows;
+
 pub mod stage;

@@ -6,12 +6,12 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::bevel_curves;
-use super::curves::{InterpolationError, MeshCurves, MeshSeat};
+use super::curves::{MeshCurves, MeshSeat};
+use super::rows::{loaded_row, unloaded_row};
 use super::torques::{mean_force, static_forces};
 use super::work::WorkResult;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
-use crate::base::quantity::format_number;
 use crate::gear::cylindrical::warnings::Warning;
 use crate::gear::load::planet_phase::planet_phase;
 use crate::plan::decision::StageDecision;
@@ -332,52 +332,6 @@ fn fill(contact: &mut ContactParameters, curves: &MeshCurves) {
     contact.flanks = Some(curves.flanks.clone());
 }
 
-/// A mesh under no torque, in words.
-fn unloaded_row(mesh: &PairMesh) -> String {
-    match mesh {
-        PairMesh::Cylindrical(_) => {
-            "geometry alone, since no load is stated and the file has no torque".into()
-        }
-        PairMesh::Bevel(mesh) => format!(
-            "directions at the reference contact, unloaded transmission error {} µm peak to peak{}; stiffness of the model, since no load is stated and the file has no torque",
-            format_number(1e6 * mesh.peak_to_peak),
-            if mesh.is_coast() {
-                " on coast flanks"
-            } else {
-                ""
-            },
-        ),
-    }
-}
-
-/// A mesh under its torque, in words.
-fn loaded_row(computed: &ComputedMesh) -> String {
-    let ComputedMesh { torque, curves, .. } = computed;
-    let pairs = match (&curves.flanks.pairs, &computed.mesh) {
-        (Some(pairs), _) => format!("{} tooth pairs for methods that locate events", pairs.count),
-        (None, PairMesh::Bevel(_)) => "one spring for all tooth pairs".into(),
-        (None, _) => "no tooth pairs one by one, since there is no play".into(),
-    };
-    let InterpolationError {
-        positions,
-        te,
-        stiffness,
-    } = curves.interpolation;
-    format!(
-        "at {} N·m of the pinion{}: along the normal of the teeth mean tangent k {} N/µm, transmission error {} µm peak to peak, {pairs}; straight lines between {positions} positions are off by at most {} µm and {} % of k",
-        format_number(torque.abs()),
-        if *torque < 0.0 {
-            " on coast flanks"
-        } else {
-            ""
-        },
-        format_number(1e-6 * curves.stiffness),
-        format_number(1e6 * curves.peak_to_peak),
-        format_number(1e6 * te),
-        format_number(100.0 * stiffness),
-    )
-}
-
 /// Description of the stage, mesh by mesh.
 fn describe(
     named: &[NamedMesh],
@@ -393,7 +347,13 @@ fn describe(
         let (label, file) = (label(one), &one.mesh.file().source.path);
         match *number {
             None => format!("{label} by {file}: {}", unloaded_row(&one.mesh)),
-            Some(number) => format!("{label} by {file} {}", loaded_row(&computed[number])),
+            Some(number) => {
+                let ComputedMesh { torque, curves, .. } = &computed[number];
+                format!(
+                    "{label} by {file} {}",
+                    loaded_row(&one.mesh, *torque, curves)
+                )
+            }
         }
     };
     let rows: Vec<String> = named.iter().zip(carried).map(row).collect();

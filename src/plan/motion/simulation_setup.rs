@@ -44,7 +44,7 @@ pub const DEFAULT_SAMPLES: u32 = 1000;
 pub const DEFAULT_TIME_BUDGET_S: f64 = 3600.0;
 
 impl SimulationSetup {
-    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files with play are tooth pairs.
+    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files are tooth pairs or follow their load.
     ///
     /// # Errors
     /// What has no motion in time; names that do not exist; a study without an end.
@@ -73,12 +73,12 @@ impl SimulationSetup {
         study: &SimulateStudy,
     ) -> Result<SimulationSetup, Error> {
         let machine = &prepared_machine.machine;
-        if machine.branches.iter().all(|b| b.tooth_pairs.is_none()) {
+        if machine.branches.iter().all(|b| b.mesh_springs.is_none()) {
             return SimulationSetup::of_machine(prepared_machine, None, begin, study);
         }
         let mut machine = machine.clone();
         let branches = machine.branches.iter_mut();
-        branches.for_each(|branch| branch.tooth_pairs = None);
+        branches.for_each(|branch| branch.mesh_springs = None);
         SimulationSetup::of_machine(prepared_machine, Some(&machine), begin, study)
     }
 

@@ -27,8 +27,15 @@ pub fn structure_text(model: &DynamicModel) -> String {
         "contact with play",
         "contacts with play",
     );
-    let waves = model.elements.iter().filter(|b| b.stiffness_wave.is_some());
-    let (steps, smooth): (Vec<_>, Vec<_>) = waves.partition(|b| {
+    let (followers, waves): (Vec<_>, Vec<_>) = (model.elements.iter())
+        .filter(|b| b.stiffness_wave.is_some())
+        .partition(|b| b.follows_load());
+    part(
+        followers.len(),
+        "stiffness that follows its load",
+        "stiffnesses that follow their loads",
+    );
+    let (steps, smooth): (Vec<_>, Vec<_>) = waves.into_iter().partition(|b| {
         b.stiffness_wave
             .as_ref()
             .is_some_and(|w| w.waveform.is_piecewise_constant())

@@ -30,6 +30,9 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
                 "the stiffness of {name} follows an angle, not time"
             ));
         }
+        if b.follows_load() {
+            return Some(format!("the stiffness of {name} follows its load"));
+        }
         if b.angle_waves.iter().any(turns) {
             return Some(format!("the error of {name} follows an angle, not time"));
         }
