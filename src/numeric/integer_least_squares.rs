@@ -15,13 +15,13 @@ pub fn integer_least_squares(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
     let mut search = Search {
         triangle: &triangle,
         best: f64::INFINITY,
-        found: vec![0.0; columns.len()],
+        nearest: vec![0.0; columns.len()],
         trial: vec![0.0; columns.len()],
         trials: 0,
     };
     search.descend(columns.len(), 0.0);
     let mut integers = vec![0.0; columns.len()];
-    for (place, k) in triangle.order.iter().zip(search.found) {
+    for (place, k) in triangle.order.iter().zip(search.nearest) {
         integers[*place] = k;
     }
     integers
@@ -78,7 +78,7 @@ struct Search<'t> {
     triangle: &'t Triangle,
     /// Least square found.
     best: f64,
-    found: Vec<f64>,
+    nearest: Vec<f64>,
     trial: Vec<f64>,
     trials: usize,
 }
@@ -89,7 +89,7 @@ impl Search<'_> {
         let Some(at) = place.checked_sub(1) else {
             if sum < self.best {
                 self.best = sum;
-                self.found.clone_from(&self.trial);
+                self.nearest.clone_from(&self.trial);
             }
             return;
         };
@@ -105,17 +105,17 @@ impl Search<'_> {
             return self.descend(at, sum + rest * rest);
         }
         let centre = rest / row[0];
-        let nearest = centre.round();
-        let side = if centre >= nearest { 1.0 } else { -1.0 };
+        let middle = centre.round();
+        let side = if centre >= middle { 1.0 } else { -1.0 };
         for step in 0u32.. {
             // 0, 1, −1, 2, −2, … on the nearer side first.
             let by = f64::from(step.div_ceil(2)) * if step % 2 == 1 { side } else { -side };
-            let off = rest - row[0] * (nearest + by);
+            let off = rest - row[0] * (middle + by);
             self.trials += 1;
             if sum + off * off >= self.best || self.trials > MOST_TRIALS && self.best.is_finite() {
                 return;
             }
-            self.trial[at] = nearest + by;
+            self.trial[at] = middle + by;
             self.descend(at, sum + off * off);
         }
     }

@@ -214,13 +214,17 @@ fn law_coarse_dials_are_set_together() {
             let steps = number(&row["change"]) / number(&row["step"]);
             assert!((steps - steps.round()).abs() < 1e-6, "{row}");
         }
-        number(&found["correct"]["flanks"][0]["rms_after_um"])
+        let flank = &found["correct"]["flanks"][0];
+        for depth in numbers(&flank["deeper_um"]) {
+            assert!(depth.abs() < 70.0, "{step}: {}", flank["deeper_um"]);
+        }
+        number(&flank["rms_after_um"])
     };
     let [fine, coarse] = ["0.0001 mm", "0.05 mm"].map(rms);
     assert!(fine < 0.25 && coarse < 3.0 * fine, "{fine} {coarse}");
 }
 
-/// The slot keeps its depth where an ease-off is wanted, so that the flank it gets is one that `gear` cuts; an ease-off beyond the blade is refused.
+/// The slot keeps its depth where an ease-off is wanted that the settings can give; one that they cannot give says how the slot changes.
 #[test]
 fn law_target_keeps_the_slot() {
     let folder = tempfile::tempdir().unwrap();
@@ -238,13 +242,18 @@ fn law_target_keeps_the_slot() {
             "--json",
         ])
     };
-    for crowning in ["60 µm", "-60 µm"] {
-        let found = found(crowning);
-        let flank = &found["correct"]["flanks"][0];
-        for depth in numbers(&flank["deeper_um"]) {
-            assert!(depth.abs() < 40.0, "{crowning}: {}", flank["deeper_um"]);
-        }
+    let of = found("60 µm");
+    let flank = &of["correct"]["flanks"][0];
+    for depth in numbers(&flank["deeper_um"]) {
+        assert!(depth.abs() < 40.0, "{}", flank["deeper_um"]);
     }
+    // What these settings cannot give is named.
+    let warns = |found: &Value, code: &str| {
+        let warnings = found["warnings"].as_array().unwrap();
+        warnings.iter().any(|w| w["code"] == code)
+    };
+    let far = found("-60 µm");
+    assert!(!warns(&of, "slot-depth") && warns(&far, "slot-depth"));
 }
 
 /// What a grid or a target does not say is not guessed.

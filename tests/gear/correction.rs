@@ -265,7 +265,7 @@ fn exact_settings_are_recovered() {
         angle: 1e-15,
         ratio: 1e-15,
     };
-    let next = problem.next_cut(&fit, &[dials], &fine).unwrap();
+    let next = problem.next_cut(&fit, &[dials], &fine, &[None]).unwrap();
     let largest = next.deviations[0]
         .iter()
         .flatten()

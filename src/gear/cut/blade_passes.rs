@@ -148,12 +148,29 @@ impl BladePasses {
         if self.motion.is_fixed() {
             return Some(0.0);
         }
-        let (here, step) = (self.turn_at_start(point), self.feed.step());
-        let facet = |share: f64| self.facet(0, here + share * step, point);
+        let facet = |share: f64| self.facet(0, self.turn_near(point, share), point);
         let share = sign_change([-1.0, 0.0], |share| {
             Some(facet(share)? - facet(share + 1.0)?)
         })?;
         facet(share)
+    }
+
+    /// Whether the passes next to that of a point touch its normal above Toprem and edge, so that the law of scallops counts there.
+    pub fn is_of_blade(&self, point: &FlankPoint<WorkFrame>) -> bool {
+        let Some(surfaces) = self.blades.first() else {
+            return false;
+        };
+        let [from, _] = surfaces.blade.range();
+        [-1.0, 1.0].into_iter().all(|share| {
+            let turn = self.turn_near(point, share);
+            let met = self.ray(&surfaces.blade, point.at[0], turn, point);
+            met.is_some_and(|(u, _)| u >= from)
+        })
+    }
+
+    /// Turn of the cradle at θ₀ of a pass so many blades after the one that would touch a point.
+    fn turn_near(&self, point: &FlankPoint<WorkFrame>, blades: f64) -> f64 {
+        self.turn_at_start(point) + blades * self.feed.step()
     }
 
     /// Distance of the facet of a blade along the normal of a point, `turn` being that of the cradle as the blade crosses θ₀.

@@ -54,7 +54,7 @@ pub struct CorrectionFit {
     /// Sensitivities at the settings of the start.
     pub nominal: LinearSystem,
     /// Sensitivities at the found settings.
-    pub found: LinearSystem,
+    pub fitted: LinearSystem,
     /// Directions used.
     pub kept: usize,
     /// Steps taken.
@@ -75,7 +75,7 @@ const HALVINGS: usize = 8;
 const ROUNDING: f64 = 1e-13;
 /// Weight of a change of the slot's depth next to a deviation of the flank: depths are held to hundredths of a millimetre, flanks to
 /// micrometres.
-const ROOT_WEIGHT: f64 = 0.1;
+pub(super) const ROOT_WEIGHT: f64 = 0.1;
 
 /// One flank at trial settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +96,7 @@ struct Hit {
     rest: f64,
 }
 
-/// Where a trial meets the nodes, and passes over the root.
+/// Hits of the nodes by a trial, and its passes over the root.
 #[derive(Debug, Clone, PartialEq)]
 struct Meetings {
     hits: Vec<Hit>,
@@ -181,7 +181,7 @@ impl CorrectionProblem {
             changes,
             rests,
             nominal,
-            found: system,
+            fitted: system,
             kept,
             steps,
             is_converged,

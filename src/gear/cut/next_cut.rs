@@ -1,8 +1,9 @@
 //! Settings for the next cut: those of the last one less the changes that explain its deviations, on the steps of the dials.
 
-use super::correction::{CorrectionFit, CorrectionProblem, Unknown};
+use super::correction::{CorrectionFit, CorrectionProblem, ROOT_WEIGHT, Unknown};
 use super::dial::{Dial, DialSteps};
 use super::measured_flank::MeasuredFlank;
+use super::root_point::RootPoint;
 use super::setting::FlankSetup;
 use crate::base::error::Error;
 use crate::numeric::integer_least_squares::integer_least_squares;
@@ -27,6 +28,7 @@ impl CorrectionProblem {
         fit: &CorrectionFit,
         dials: &[Vec<Dial>],
         steps: &DialSteps,
+        roots: &[Option<[RootPoint; 3]>],
     ) -> Result<NextCut, Error> {
         let changed = |setup: &FlankSetup, flank: usize, sign: f64| {
             let mut setup = *setup;
@@ -41,7 +43,7 @@ impl CorrectionProblem {
         let wanted: Vec<FlankSetup> = flanks
             .map(|(f, flank)| changed(&flank.setup, f, -1.0))
             .collect();
-        let setups = self.on_steps(fit, &wanted, dials, steps);
+        let setups = self.on_steps(fit, &wanted, (dials, steps), roots);
         // The machine cuts the next flank with the same errors.
         let as_cut = |(f, flank): (usize, &MeasuredFlank)| MeasuredFlank {
             setup: changed(&setups[f], f, 1.0),
@@ -66,14 +68,14 @@ impl CorrectionProblem {
         })
     }
 
-    /// Wanted settings on the steps of the dials: of all steps those whose flanks are nearest to the wanted ones, so that dials make up for
-    /// each other's rounding.
+    /// Wanted settings on the steps of the dials: of all steps those whose flanks and roots are nearest to the wanted ones, so that dials make
+    /// up for each other's rounding.
     pub fn on_steps(
         &self,
         fit: &CorrectionFit,
         wanted: &[FlankSetup],
-        dials: &[Vec<Dial>],
-        steps: &DialSteps,
+        (dials, steps): (&[Vec<Dial>], &DialSteps),
+        roots: &[Option<[RootPoint; 3]>],
     ) -> Vec<FlankSetup> {
         let all = self.dials_of_flanks(dials);
         // A step away from the wanted settings counts like a least displacement of one node.
@@ -92,7 +94,18 @@ impl CorrectionProblem {
                     false => 0.0,
                 })
                 .collect();
-            let mut column = fit.found.displacements(&changes);
+            let mut column = fit.fitted.displacements(&changes);
+            for (f, roots) in roots.iter().enumerate() {
+                let hand = self.flanks[f].hand;
+                let deeper = |root: &RootPoint, setup: &FlankSetup| {
+                    ROOT_WEIGHT * root.deeper_by(setup, hand).unwrap_or(0.0)
+                };
+                let moved = |root: &RootPoint| match flanks.contains(&f) {
+                    true => deeper(root, &next) - deeper(root, setup),
+                    false => 0.0,
+                };
+                column.extend(roots.iter().flatten().map(moved));
+            }
             column.extend((0..all.len()).map(|j| if i == j { stay } else { 0.0 }));
             columns.push(column);
             offsets.push((value - dial.value(from)) / step);

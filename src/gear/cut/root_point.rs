@@ -28,7 +28,7 @@ pub struct RootPoint {
 pub(super) struct TipPass {
     /// The point, m.
     pub(super) point: Vector,
-    /// Its height beneath the plane, m.
+    /// Height of the point beneath the plane, m.
     pub(super) height: f64,
     /// Normal of the plane, out of the cutter, in the work.
     pub(super) normal: Vector,

@@ -139,7 +139,9 @@ pub fn run(
     };
     let before = unchanged.solve().map_err(at_grid)?.rests;
     let dials: Vec<Vec<Dial>> = cuts.iter().map(|cut| dials(&settings, cut)).collect();
-    let next = problem.next_cut(&fit, &dials, &study.steps)?;
+    let root = |side: &usize| RootPoint::of(&file.flank(member, *side)?);
+    let roots: Vec<Option<[RootPoint; 3]>> = sides.iter().map(root).collect();
+    let next = problem.next_cut(&fit, &dials, &study.steps, &roots)?;
     let hint = "check member, flank and sign of the deviations, or free fewer settings";
     diagnostics.extend(not_converged(&fit, hint));
     diagnostics.extend(large_change(&problem, &fit));
@@ -159,11 +161,11 @@ pub fn run(
             hint: Some("measure both flanks".into()),
         });
     }
-    let depth = |(side, setup): (&usize, &FlankSetup)| {
-        let roots = RootPoint::of(&file.flank(member, *side)?);
-        depths(roots.as_ref(), setup, file.hand_of(member))
+    let hand = file.hand_of(member);
+    let depth = |(roots, setup): (&Option<[RootPoint; 3]>, &FlankSetup)| {
+        depths(roots.as_ref(), setup, hand)
     };
-    let depths: Vec<Option<[f64; 3]>> = sides.iter().zip(&next.setups).map(depth).collect();
+    let depths: Vec<Option<[f64; 3]>> = roots.iter().zip(&next.setups).map(depth).collect();
     diagnostics.extend(depth_warning(&depths, &of.section, &sides));
     Ok(CorrectionResult {
         shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),

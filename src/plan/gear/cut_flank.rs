@@ -119,9 +119,16 @@ pub fn flank(
         DeviationMap::new(nodes.collect(), &grid)
     };
     let law = on_flank(&|p| Some(scallop_height(&p.second_order, feed.step())));
-    let scallops = on_flank(&|p| passes.first()?.1.scallop(p));
+    let regular = passes.first().map(|(_, passes)| passes);
+    let scallops = on_flank(&|p| regular?.scallop(p));
+    let is_of_blade = |node: usize| {
+        let point = flank_node(&grid.nodes[node]);
+        regular
+            .zip(point)
+            .is_some_and(|(passes, point)| passes.is_of_blade(point))
+    };
     Ok(CutFlankResult {
-        law_error: law_error(&law, &scallops),
+        law_error: law_error(&law, &scallops, is_of_blade),
         nodes_a_scallop: nodes_a_scallop(&grid, feed.step()),
         profile: profile(&ideal, middle, feed, &passes),
         causes: passes.iter().map(|(c, p)| cause(c, p, &grid)).collect(),
@@ -184,9 +191,15 @@ impl DeviationMap {
     }
 }
 
-fn law_error(law: &DeviationMap, scallops: &DeviationMap) -> Option<f64> {
-    let pairs = law.deviations.iter().zip(&scallops.deviations);
-    let errors = pairs.filter_map(|(law, ray)| Some(((*law)? / (*ray)? - 1.0).abs()));
+/// Largest relative difference of the law from the scallops on rays, at nodes that the law counts for.
+fn law_error(
+    law: &DeviationMap,
+    scallops: &DeviationMap,
+    counts: impl Fn(usize) -> bool,
+) -> Option<f64> {
+    let pairs = law.deviations.iter().zip(&scallops.deviations).enumerate();
+    let pairs = pairs.filter(|(node, _)| counts(*node));
+    let errors = pairs.filter_map(|(_, (law, ray))| Some(((*law)? / (*ray)? - 1.0).abs()));
     errors.filter(|e| e.is_finite()).reduce(f64::max)
 }
 

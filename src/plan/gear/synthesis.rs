@@ -84,7 +84,7 @@ pub fn run(
     let at_target = |error: Error| error.with_span(&wanted.span);
     let fit = problem.solve().map_err(at_target)?;
     let dials = vec![dials(&settings, cut)];
-    let next = problem.on_steps(&fit, &fit.setups, &dials, &study.steps)[0];
+    let next = problem.on_steps(&fit, &fit.setups, (&dials, &study.steps), &[roots])[0];
     if next.flank(file.hand, of.section).middle().is_none() {
         let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";
         return Err(at_target(Error::new(Code::OutOfRange, message).with_hint(
