@@ -717,6 +717,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "A setting of the next cut would change by far more than errors of a machine explain. Check member, flank and units, or free fewer settings.",
     ),
     (
+        "nothing-changes",
+        Warning,
+        "No combination of the settings that may be changed moves the flank by as much as `least`: the next cut has the present settings. Free other settings.",
+    ),
+    (
         "no-better",
         Warning,
         "On the steps of its dials the next cut would leave deviations no smaller than the measured ones: leave the settings, take finer steps, or free other settings.",

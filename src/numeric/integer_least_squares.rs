@@ -1,10 +1,13 @@
 //! Integer least squares: the integers k of least `|Σ k_j c_j − t|`, the closest vector of a lattice.
 //!
-//! Columns are made triangular with the shortest first (Wübben et al., Electronics Letters 37 (2001), 1348), and integers are tried from the
-//! last on in the order of their distance, branches beyond the best being left (Schnorr and Euchner, Math. Programming 66 (1994), 181).
+//! Columns are made triangular with the shortest first (Wübben et al., Electronics Letters 37 (2001), 1348), and integers are tried from
+//! the last on in the order of their distance, branches beyond the best being left (Schnorr and Euchner, Math. Programming 66 (1994), 181).
 
 use super::sorting::sort_rising;
 use super::vector_ops::dot;
+
+/// A column of which the others leave less than this share depends on them.
+const DEPENDENT: f64 = 1e-12;
 
 /// Integers tried before the best found is taken.
 const MOST_TRIALS: usize = 200_000;
@@ -39,12 +42,19 @@ struct Triangle {
 impl Triangle {
     fn new(columns: &[Vec<f64>], target: &[f64]) -> Triangle {
         let mut left: Vec<(usize, Vec<f64>)> = columns.iter().cloned().enumerate().collect();
+        let lengths: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
         let mut target = target.to_vec();
         let (mut order, mut parts, mut in_q) = (Vec::new(), Vec::new(), Vec::new());
         while !left.is_empty() {
             sort_rising(&mut left, |(_, column)| dot(column, column));
             let (place, column) = left.remove(0);
             let size = dot(&column, &column).sqrt();
+            // What is left of a column that depends on others is rounding.
+            let size = if size > DEPENDENT * lengths[place] {
+                size
+            } else {
+                0.0
+            };
             let scale = if size > 0.0 { 1.0 / size } else { 0.0 };
             let unit: Vec<f64> = column.iter().map(|x| scale * x).collect();
             let take_off = |x: &mut Vec<f64>| {
@@ -112,7 +122,8 @@ impl Search<'_> {
             let by = f64::from(step.div_ceil(2)) * if step % 2 == 1 { side } else { -side };
             let off = rest - row[0] * (middle + by);
             self.trials += 1;
-            if sum + off * off >= self.best || self.trials > MOST_TRIALS && self.best.is_finite() {
+            let is_nearer = sum + off * off < self.best;
+            if !is_nearer || self.trials > MOST_TRIALS && self.best.is_finite() {
                 return;
             }
             self.trial[at] = middle + by;

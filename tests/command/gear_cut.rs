@@ -223,17 +223,31 @@ fn law_history_of_a_harmonic() {
     let frequency = 60.0 * 8.0 / 360.0 * ratio;
     let (cycles, samples) = (30.0, 9000);
     let duration = cycles / frequency;
-    let mut table = "time [s],work.theta [arcsec]\n".to_string();
-    for i in 0..=samples {
-        let t = duration * f64::from(i) / f64::from(samples);
-        // The nominal turn goes off again with the straight line.
-        let turn = std::f64::consts::TAU * frequency * (t - 0.5 * duration);
-        writeln!(table, "{t},{}", 4.0 * turn.cos() + 1e4 * t).unwrap();
-    }
+    // The nominal turn, so many times as fast, goes off again with the straight line.
+    let history_of = |times: f64| {
+        let mut table = "time [s],work.theta [arcsec]\n".to_string();
+        for i in 0..=samples {
+            let t = duration * f64::from(i) / f64::from(samples);
+            let turn = std::f64::consts::TAU * frequency * (t - 0.5 * duration);
+            let ahead = 4.0 * turn.cos() * if times < 0.0 { -1.0 } else { 1.0 };
+            writeln!(table, "{t},{}", ahead + times * 8.0 * 3600.0 * ratio * t).unwrap();
+        }
+        table
+    };
+    let table = history_of(1.0);
     let history = "[cut.spindle_history]\nfile = \"history.csv\"\ncolumn = \"work.theta\"\n";
     let (folder, file) = changed(&chain_errors(), history);
     put(folder.path(), "history.csv", &table);
     let by_history = document(&["gear", "cut", &file, "--json"]);
+    put(folder.path(), "history.csv", &history_of(-1.0));
+    let backwards = document(&["gear", "cut", &file, "--json"]);
+    assert_eq!(backwards["cut"]["flanks"], by_history["cut"]["flanks"]);
+    put(folder.path(), "history.csv", &history_of(2.0));
+    let (_, message) = refusal(&["gear", "cut", &file]);
+    assert!(
+        message.contains("turns at 51.8832 deg/s, and the work at 25.9416"),
+        "{message}"
+    );
     let (_folder, file) = coarse();
     let by_error = document(&["gear", "cut", &file, "--json"]);
     let map = |found: &Value, start: &str| {

@@ -1,4 +1,5 @@
-//! Curves on which a function of two shares is zero, followed from places on them by steps along the tangent and a bracketed root across it.
+//! Curves on which a function of two shares is zero, followed from places on them by steps along the tangent and a bracketed root across
+//! it.
 
 use crate::gear::kernel::root::sign_change;
 
@@ -49,7 +50,7 @@ fn follow(
     mut tangent: [f64; 2],
 ) -> (SharesLine, bool) {
     let mut found: SharesLine = Vec::new();
-    let mut here = start;
+    let (mut here, mut left) = (start, false);
     for _ in 0..MOST_STEPS {
         let steps = (0..=HALVINGS).map(|k| STEP / f64::from(1 << k));
         let across = [-tangent[1], tangent[0]];
@@ -66,7 +67,8 @@ fn follow(
         tangent = [0, 1].map(|k| (next[k] - here[k]) / length);
         here = next;
         found.push(here);
-        if found.len() > 2 && distance(here, start) < 0.75 * STEP {
+        left |= distance(here, start) > STEP;
+        if left && distance(here, start) < 0.75 * STEP {
             found.push(start);
             return (found, true);
         }

@@ -28,7 +28,8 @@ pub struct EaseOff {
     pub rows: usize,
     /// Columns along the face.
     pub columns: usize,
-    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist or Toprem or edge of the cutter make the tooth.
+    /// Gaps, m: positive where the cut pinion has less metal; none where a flank does not exist or Toprem or edge of the cutter make the
+    /// tooth.
     pub gaps: Vec<Option<f64>>,
 }
 

@@ -98,13 +98,13 @@ struct Hit {
 
 /// Hits of the nodes by a trial, and its passes over the root.
 #[derive(Debug, Clone, PartialEq)]
-struct Meetings {
+struct RayHits {
     hits: Vec<Hit>,
     /// Index of the flank, pass, and weighted rest of its height, m.
     passes: Vec<(usize, TipPass, f64)>,
 }
 
-impl Meetings {
+impl RayHits {
     fn rests(&self) -> Vec<f64> {
         let of_nodes = self.hits.iter().map(|hit| hit.rest);
         of_nodes
@@ -130,16 +130,16 @@ impl CorrectionProblem {
             turn: 0.0,
         };
         let mut trials: Vec<Trial> = self.flanks.iter().map(start).collect();
-        let mut met = self.meet(&trials, None);
-        self.check(&met.hits)?;
-        let nominal = self.system(&trials, &met)?;
+        let mut rays = self.ray_hits(&trials, None);
+        self.check(&rays.hits)?;
+        let nominal = self.system(&trials, &rays)?;
         let kept = nominal.seen(self.least);
         let mut system = nominal.clone();
         let mut changes = vec![0.0; self.unknowns.len()];
         let (mut steps, mut is_converged) = (0, false);
         while steps < STEPS && !is_converged {
             steps += 1;
-            let step = system.step(&met.rests(), kept.min(met.hits.len()));
+            let step = system.step(&rays.rests(), kept.min(rays.hits.len()));
             let largest = step.changes.iter().fold(0f64, |most, x| most.max(x.abs()));
             let cut = if largest > LARGEST_STEP {
                 LARGEST_STEP / largest
@@ -150,10 +150,10 @@ impl CorrectionProblem {
             let moved = (0..HALVINGS).find_map(|halving| {
                 let share = cut * 0.5f64.powi(halving as i32);
                 let next = self.stepped(&trials, &step.changes, &step.turns, share);
-                let found = self.meet(&next, Some(&met.hits));
+                let found = self.ray_hits(&next, Some(&rays.hits));
                 let is_better = 2 * found.hits.len() >= self.count()
-                    && found.passes.len() == met.passes.len()
-                    && found.rms() <= met.rms() + ROUNDING;
+                    && found.passes.len() == rays.passes.len()
+                    && found.rms() <= rays.rms() + ROUNDING;
                 is_better.then_some((share, next, found))
             });
             let Some((share, next, found)) = moved else {
@@ -164,15 +164,15 @@ impl CorrectionProblem {
             {
                 *change += share * by * unknown.reach;
             }
-            (trials, met) = (next, found);
-            system = self.system(&trials, &met)?;
+            (trials, rays) = (next, found);
+            system = self.system(&trials, &rays)?;
         }
         let mut rests: Vec<Vec<Option<f64>>> = self
             .flanks
             .iter()
             .map(|f| vec![None; f.nodes.len()])
             .collect();
-        for hit in &met.hits {
+        for hit in &rays.hits {
             rests[hit.node[0]][hit.node[1]] = Some(hit.rest);
         }
         Ok(CorrectionFit {
@@ -223,7 +223,7 @@ impl CorrectionProblem {
 
     /// Hits of all rays, from those of other trials where there are any, and passes over the root; where a trial flank is undercut or ends
     /// it has none.
-    fn meet(&self, trials: &[Trial], before: Option<&[Hit]>) -> Meetings {
+    fn ray_hits(&self, trials: &[Trial], before: Option<&[Hit]>) -> RayHits {
         let mut hits = Vec::with_capacity(self.count());
         let mut passes = Vec::new();
         for (f, (flank, trial)) in self.flanks.iter().zip(trials).enumerate() {
@@ -231,7 +231,7 @@ impl CorrectionProblem {
             for (k, node) in flank.nodes.iter().enumerate() {
                 let near = before.and_then(|hits| hits.iter().find(|hit| hit.node == [f, k]));
                 let start = near.map_or(node.at, |hit| hit.at);
-                if let Some((at, normal, distance)) = meet(&envelope, node, start) {
+                if let Some((at, normal, distance)) = intersect(&envelope, node, start) {
                     hits.push(Hit {
                         node: [f, k],
                         at,
@@ -248,43 +248,49 @@ impl CorrectionProblem {
                 }));
             }
         }
-        Meetings { hits, passes }
+        RayHits { hits, passes }
     }
 
     /// Sensitivities at the hits and of the passes.
     ///
     /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`; a point of the root comes nearer to the tip plane of
     /// normal n by `n·∂r/∂p`.
-    fn system(&self, trials: &[Trial], met: &Meetings) -> Result<LinearSystem, Error> {
-        let count = met.hits.len() + met.passes.len();
+    fn system(&self, trials: &[Trial], rays: &RayHits) -> Result<LinearSystem, Error> {
+        let count = rays.hits.len() + rays.passes.len();
         let mut columns = Matrix::zeros(count, self.unknowns.len());
         let mut turns = Matrix::zeros(count, self.flanks.len());
-        let mut row = |i: usize, f: usize, normal: Vector, factor: f64, [s, theta, x]: [f64; 3]| {
-            let trial = &trials[f];
-            let chain = MachineChain::at(&trial.setup, self.flanks[f].hand, x);
-            // The chain ends in the work before its turn.
-            let (sin, cos) = trial.turn.sin_cos();
-            let n = normal;
-            let normal = Vector::new(cos * n.x + sin * n.y, cos * n.y - sin * n.x, n.z);
+        let mut row = |i: usize, f: usize, normal: Vector, by: &dyn Fn(Setting) -> Vector| {
             for (j, unknown) in self.unknowns.iter().enumerate() {
                 if unknown.flanks.contains(&f) {
-                    let by = chain.displacement(unknown.setting, [s, theta]);
-                    columns[(i, j)] = factor * normal.dot(by) * unknown.reach;
+                    columns[(i, j)] = normal.dot(by(unknown.setting)) * unknown.reach;
                 }
             }
         };
-        for (i, hit) in met.hits.iter().enumerate() {
+        // The chain ends in the work before its turn.
+        let before_turn = |f: usize, v: Vector| {
+            let (sin, cos) = trials[f].turn.sin_cos();
+            Vector::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
+        };
+        let chain = |f: usize, x: f64| MachineChain::at(&trials[f].setup, self.flanks[f].hand, x);
+        for (i, hit) in rays.hits.iter().enumerate() {
             let [f, k] = hit.node;
             let node = &self.flanks[f].nodes[k];
-            let slope = 1.0 / hit.normal.dot(node.normal.components);
-            row(i, f, hit.normal, slope, hit.at);
-            turns[(i, f)] = slope * hit.normal.dot(Vector::Z.cross(node.point.coordinates));
+            let normal = hit.normal * (1.0 / hit.normal.dot(node.normal.components));
+            let ([s, theta, x], own) = (hit.at, before_turn(f, normal));
+            let chain = chain(f, x);
+            row(i, f, own, &|setting| {
+                chain.displacement(setting, [s, theta])
+            });
+            turns[(i, f)] = normal.dot(Vector::Z.cross(node.point.coordinates));
         }
-        for (i, (f, pass, _)) in met.passes.iter().enumerate() {
-            let ([theta, x], i) = (pass.at, met.hits.len() + i);
-            row(i, *f, pass.normal, -ROOT_WEIGHT, [0.0, theta, x]);
-            let about_work = Vector::Z.cross(pass.point);
-            turns[(i, *f)] = -ROOT_WEIGHT * pass.normal.dot(about_work);
+        for (i, (f, pass, _)) in rays.passes.iter().enumerate() {
+            let (i, normal) = (rays.hits.len() + i, pass.normal * -ROOT_WEIGHT);
+            let (own, r) = (before_turn(*f, normal), before_turn(*f, pass.point));
+            let chain = chain(*f, pass.turn);
+            row(i, *f, own, &|setting| {
+                chain.displacement_of_plane(setting, r)
+            });
+            turns[(i, *f)] = normal.dot(Vector::Z.cross(pass.point));
         }
         LinearSystem::new(columns, turns)
     }
@@ -305,7 +311,7 @@ impl Trial {
 }
 
 /// Parameters, normal and distance at which an envelope meets the ray of a node; none on the part that is cut away.
-fn meet(
+fn intersect(
     envelope: &FlankEnvelope,
     node: &FlankNode,
     start: [f64; 3],

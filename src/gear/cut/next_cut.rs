@@ -5,6 +5,7 @@ use super::dial::{Dial, DialSteps};
 use super::measured_flank::MeasuredFlank;
 use super::root_point::RootPoint;
 use super::setting::FlankSetup;
+use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::integer_least_squares::integer_least_squares;
 
@@ -22,7 +23,7 @@ impl CorrectionProblem {
     /// changes found is set back by them.
     ///
     /// # Errors
-    /// Settings at which no flank is cut.
+    /// Settings at which no flank is cut; as `on_steps`.
     pub fn next_cut(
         &self,
         fit: &CorrectionFit,
@@ -43,7 +44,7 @@ impl CorrectionProblem {
         let wanted: Vec<FlankSetup> = flanks
             .map(|(f, flank)| changed(&flank.setup, f, -1.0))
             .collect();
-        let setups = self.on_steps(fit, &wanted, (dials, steps), roots);
+        let setups = self.on_steps(fit, &wanted, (dials, steps), roots)?;
         // The machine cuts the next flank with the same errors.
         let as_cut = |(f, flank): (usize, &MeasuredFlank)| MeasuredFlank {
             setup: changed(&setups[f], f, 1.0),
@@ -68,15 +69,18 @@ impl CorrectionProblem {
         })
     }
 
-    /// Wanted settings on the steps of the dials: of all steps those whose flanks and roots are nearest to the wanted ones, so that dials make
-    /// up for each other's rounding.
+    /// Wanted settings on the steps of the dials: of all steps those whose flanks and roots are nearest to the wanted ones, so that dials
+    /// make up for each other's rounding.
+    ///
+    /// # Errors
+    /// A radial distance that no eccentric angle gives.
     pub fn on_steps(
         &self,
         fit: &CorrectionFit,
         wanted: &[FlankSetup],
         (dials, steps): (&[Vec<Dial>], &DialSteps),
         roots: &[Option<[RootPoint; 3]>],
-    ) -> Vec<FlankSetup> {
+    ) -> Result<Vec<FlankSetup>, Error> {
         let all = self.dials_of_flanks(dials);
         // A step away from the wanted settings counts like a least displacement of one node.
         let stay = self.least;
@@ -84,6 +88,12 @@ impl CorrectionProblem {
         for (i, (dial, flanks)) in all.iter().enumerate() {
             let (from, setup) = (&self.flanks[flanks[0]].setup, &wanted[flanks[0]]);
             let (step, value) = (dial.step(steps), dial.value(setup));
+            if !value.is_finite() {
+                let message = "the radial distance of the settings found exceeds twice the machine constant: no eccentric angle gives it";
+                return Err(Error::new(Code::OutOfRange, message).with_hint(
+                    "check member, flank and sign of the deviations, or free fewer settings",
+                ));
+            }
             let next = dial.set(*setup, value + step);
             let changes: Vec<f64> = (self.unknowns.iter())
                 .map(|unknown| match unknown.flanks == *flanks {
@@ -104,7 +114,10 @@ impl CorrectionProblem {
                     true => deeper(root, &next) - deeper(root, setup),
                     false => 0.0,
                 };
-                column.extend(roots.iter().flatten().map(moved));
+                // Those that the fit holds have rows of it.
+                if self.flanks[f].roots.is_empty() {
+                    column.extend(roots.iter().flatten().map(moved));
+                }
             }
             column.extend((0..all.len()).map(|j| if i == j { stay } else { 0.0 }));
             columns.push(column);
@@ -123,7 +136,7 @@ impl CorrectionProblem {
                 setups[*f] = dial.set(setups[*f], value);
             }
         }
-        setups
+        Ok(setups)
     }
 
     /// Every dial with the flanks that it moves, each once.

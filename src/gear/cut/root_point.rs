@@ -1,7 +1,7 @@
 //! Bottom of the slot: points of the work beneath the plane in which the tips of the blades turn.
 //!
-//! A point P that the tip plane, with the normal n and a point c, leaves as metal lies `min n·(P − c)` over the roll beneath it. Settings that
-//! change this height change the depth of the slot.
+//! A point P that the tip plane, with the normal n and a point c, leaves as metal lies `min n·(P − c)` over the roll beneath it. Settings
+//! that change this height change the depth of the slot.
 
 use super::setting::FlankSetup;
 use crate::gear::bevel::flank::BevelFlank;
@@ -32,8 +32,8 @@ pub(super) struct TipPass {
     pub(super) height: f64,
     /// Normal of the plane, out of the cutter, in the work.
     pub(super) normal: Vector,
-    /// Angle about the cutter and turn of the cradle, rad.
-    pub(super) at: [f64; 2],
+    /// Turn of the cradle, rad.
+    pub(super) turn: f64,
 }
 
 /// Shares of the face of root points: toe, middle, heel.
@@ -53,7 +53,7 @@ impl RootPoint {
             let pass = pass(&flank.envelope.motion, &point, at[2])?;
             Some(RootPoint {
                 point,
-                turn: pass.at[1],
+                turn: pass.turn,
                 height: pass.height,
             })
         };
@@ -95,11 +95,10 @@ fn pass(
         })?,
     };
     let pose = motion.at(turn).pose;
-    let in_cutter = pose.inverse().apply(r);
     Some(TipPass {
         point: r,
-        height: in_cutter.z,
+        height: pose.inverse().apply(r).z,
         normal: pose.rotate(Vector::Z),
-        at: [in_cutter.y.atan2(in_cutter.x), turn],
+        turn,
     })
 }

@@ -62,9 +62,6 @@ impl<'a> MachineChain<'a> {
 
     /// Displacement of the cutter's point at s, θ by a unit of a setting, in the work.
     pub fn displacement(&self, setting: Setting, [s, theta]: [f64; 2]) -> Vector {
-        let (m, h, x) = (&self.setup.machine, self.hand, self.turn);
-        let r = self.point([s, theta]);
-        let about_work = Vector::Z.cross(r);
         match setting {
             Setting::PointRadius => self.of_cutter.rotate(spoke(theta)),
             Setting::BladeAngle => {
@@ -73,6 +70,16 @@ impl<'a> MachineChain<'a> {
                 self.of_cutter
                     .rotate(spoke(theta) * by[0] + Vector::Z * by[1])
             }
+            setting => self.displacement_of_plane(setting, self.point([s, theta])),
+        }
+    }
+
+    /// Displacement at a point r of the cutter's tip plane by a unit of a setting, in the work; dimensions of the blade leave the plane.
+    pub fn displacement_of_plane(&self, setting: Setting, r: Vector) -> Vector {
+        let (m, h, x) = (&self.setup.machine, self.hand, self.turn);
+        let about_work = Vector::Z.cross(r);
+        match setting {
+            Setting::PointRadius | Setting::BladeAngle => Vector::ZERO,
             Setting::RadialDistance => self.of_cradle.rotate(radial_direction(m, h)),
             Setting::CradleAngle => {
                 let (sin, cos) = m.cradle_angle.sin_cos();

@@ -25,8 +25,8 @@ pub struct EaseOffTarget {
     pub profile_crowning: f64,
     /// Gap of F H, m: bias.
     pub twist: f64,
-    /// Transmission error of the gear half a pitch from the place of the pattern, below zero where the gear lags, rad: its parabola is a gap that is
-    /// constant along each line of contact of the conjugate flank.
+    /// Transmission error of the gear half a pitch from the place of the pattern, below zero where the gear lags, rad: its parabola is a gap
+    /// that is constant along each line of contact of the conjugate flank.
     pub te_parabola: f64,
 }
 
@@ -36,8 +36,8 @@ pub const TARGET_GRID: [usize; 2] = [5, 9];
 const SHARES: [[f64; 2]; 2] = [[0.12, 0.98], [0.02, 0.98]];
 
 impl EaseOffTarget {
-    /// The pinion of a pair with the deviations that bring it from its conjugate flank to the wanted gap, the depth of its slot free; none where
-    /// the conjugate flank of the gear does not reach the pinion's.
+    /// The pinion of a pair with the deviations that bring it from its conjugate flank to the wanted gap, the depth of its slot free; none
+    /// where the conjugate flank of the gear does not reach the pinion's.
     pub fn on(&self, pair: &FlankPair, setup: FlankSetup, hand: Hand) -> Option<MeasuredFlank> {
         let pinion = &pair.flanks[0];
         let middle = pinion.middle()?;

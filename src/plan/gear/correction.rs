@@ -141,12 +141,13 @@ pub fn run(
     let dials: Vec<Vec<Dial>> = cuts.iter().map(|cut| dials(&settings, cut)).collect();
     let root = |side: &usize| RootPoint::of(&file.flank(member, *side)?);
     let roots: Vec<Option<[RootPoint; 3]>> = sides.iter().map(root).collect();
-    let next = problem.next_cut(&fit, &dials, &study.steps, &roots)?;
+    let next = problem.next_cut(&fit, &dials, &study.steps, &roots);
+    let next = next.map_err(at_grid)?;
     let hint = "check member, flank and sign of the deviations, or free fewer settings";
     diagnostics.extend(not_converged(&fit, hint));
     diagnostics.extend(large_change(&problem, &fit));
     diagnostics.extend(nothing_moves(&fit, study.least));
-    diagnostics.extend(no_better(&before, &next));
+    diagnostics.extend(no_better(&before, &next).filter(|_| fit.kept > 0));
     let moves_other = match sides[..] {
         [side] => of.flanks[1 - side].is_some_and(|other| other.settings == cuts[0].settings),
         _ => false,
@@ -238,7 +239,7 @@ pub(super) fn not_converged(fit: &CorrectionFit, hint: &str) -> Option<Diagnosti
 /// A warning where no direction of settings moves the flank.
 pub(super) fn nothing_moves(fit: &CorrectionFit, least: f64) -> Option<Diagnostic> {
     (fit.kept == 0).then(|| Diagnostic {
-        code: "not-converged",
+        code: "nothing-changes",
         message: format!(
             "no combination of the settings moves the flank by more than {} µm rms: nothing is changed",
             format_number(1e6 * least)

@@ -170,7 +170,9 @@ fn of_history(
         );
         return refused(message, "check `column`, `target` and `cradle_speed`");
     }
-    let sense = if straight[1] < 0.0 { -1.0 } else { 1.0 };
+    // A history of the error alone has no sense of turn.
+    let turns_back = straight[1] < 0.0 && found > SPEED_TOLERANCE * expected;
+    let sense = if turns_back { -1.0 } else { 1.0 };
     let reading = |(t, a): (&f64, &f64)| {
         (
             speed * (t - middle),

@@ -99,7 +99,7 @@ pub fn decision(found: &[Result<ChipResult, String>]) -> StageDecision {
     match runs.is_empty() {
         true => StageDecision::LeftOut(reasons.join("; ")),
         false => StageDecision::Runs(format!(
-            "{}; sharp edges on a true generator{}",
+            "{}; sharp straight blades on a true generator{}",
             runs.join("; "),
             reasons.iter().map(|r| format!("; {r}")).collect::<String>()
         )),

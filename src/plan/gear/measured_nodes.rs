@@ -104,8 +104,8 @@ pub(super) fn measured(
             message: format!(
                 "line {}: a deviation of {:.1} µm departs by {:.1} µm from those around it on the {name}",
                 on_flank[k].span.line(),
-                1e6 * deviations[k],
-                1e6 * departure
+                1e6 * on_flank[k].deviation,
+                1e6 * departure.abs()
             ),
             hint: Some("clean the flank and measure the node again, or leave it out".into()),
         });
@@ -156,9 +156,10 @@ fn check_size(row: &GridNode, depth: f64) -> Result<(), Error> {
         return Ok(());
     }
     let message = format!(
-        "a deviation of {:.3} mm on a tooth {:.3} mm deep",
+        "a deviation of {:.3} mm on a tooth {:.3} mm deep: more than {:.0} % of it",
         1e3 * row.deviation,
-        1e3 * depth
+        1e3 * depth,
+        100.0 * LARGEST_DEVIATION
     );
     Err(Error::new(Code::OutOfRange, message)
         .with_span(&row.span)

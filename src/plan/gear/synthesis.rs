@@ -6,7 +6,7 @@ use super::correction::{
     plan, unknowns,
 };
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Diagnostic, Error};
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::cut::correction::CorrectionProblem;
@@ -84,7 +84,8 @@ pub fn run(
     let at_target = |error: Error| error.with_span(&wanted.span);
     let fit = problem.solve().map_err(at_target)?;
     let dials = vec![dials(&settings, cut)];
-    let next = problem.on_steps(&fit, &fit.setups, (&dials, &study.steps), &[roots])[0];
+    let next = problem.on_steps(&fit, &fit.setups, (&dials, &study.steps), &[roots]);
+    let next = next.map_err(at_target)?[0];
     if next.flank(file.hand, of.section).middle().is_none() {
         let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";
         return Err(at_target(Error::new(Code::OutOfRange, message).with_hint(
@@ -107,6 +108,13 @@ pub fn run(
     let depths = vec![depths(roots.as_ref(), &next, file.hand)];
     diagnostics.extend(depth_warning(&depths, &of.section, &[side]));
     diagnostics.extend(nothing_moves(&fit, study.least));
+    if roots.is_none() {
+        diagnostics.push(Diagnostic {
+            code: "slot-depth",
+            message: "the depth of the slot is not held: the tip plane does not pass over the root line of the blank".into(),
+            hint: Some("compare the root of the next cut with the blank".into()),
+        });
+    }
     Ok(CorrectionResult {
         shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
         plan: plan(study, &settings, &problem, &fit),

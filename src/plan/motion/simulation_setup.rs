@@ -44,7 +44,8 @@ pub const DEFAULT_SAMPLES: u32 = 1000;
 pub const DEFAULT_TIME_BUDGET_S: f64 = 3600.0;
 
 impl SimulationSetup {
-    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files are tooth pairs or follow their load.
+    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files are tooth pairs or follow
+    /// their load.
     ///
     /// # Errors
     /// What has no motion in time; names that do not exist; a study without an end.

@@ -264,7 +264,7 @@ fn contact_loss(
     let parts = |((branch, mean), (speed, amplitude)): (&(usize, f64), &(f64, f64))| {
         (*amplitude > mean.abs()).then(|| {
             format!(
-                "{} oscillates by {amplitude:.0} N about {:.0} N at {:.0} rpm",
+                "{} oscillates by {amplitude:.4} N, the root sum of squares of its orders, about {:.4} N at {:.1} rpm",
                 prepared_machine.machine.branch_name(*branch),
                 mean.abs(),
                 speed * 30.0 / PI
