@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::method_choice::{self, ResponseMethodChoice};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
 use crate::base::text::pluralise;
 use crate::machine::operating_point::mean_forces;
 use crate::modes::excitation_orders::reference_dof;
@@ -255,6 +256,12 @@ fn mesh_forces(prepared_machine: &PreparedMachine) -> Vec<(usize, f64)> {
     carrying.collect()
 }
 
+/// A force above zero to three digits.
+fn three_digits(force: f64) -> String {
+    let unit = 10f64.powf(force.log10().floor() - 2.0);
+    format_number((force / unit).round() * unit)
+}
+
 /// A warning of meshes whose teeth would part: the largest amplitude exceeds the mean force.
 fn contact_loss(
     prepared_machine: &PreparedMachine,
@@ -264,9 +271,10 @@ fn contact_loss(
     let parts = |((branch, mean), (speed, amplitude)): (&(usize, f64), &(f64, f64))| {
         (*amplitude > mean.abs()).then(|| {
             format!(
-                "{} oscillates by {amplitude:.4} N, the root sum of squares of its orders, about {:.4} N at {:.1} rpm",
+                "{} oscillates by {} N, the root sum of squares of its orders, about {} N at {:.0} rpm",
                 prepared_machine.machine.branch_name(*branch),
-                mean.abs(),
+                three_digits(*amplitude),
+                three_digits(mean.abs()),
                 speed * 30.0 / PI
             )
         })
