@@ -2,6 +2,7 @@
 
 use super::contact::{ContactLaw, ContactState};
 use super::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
+use crate::gear::load::load_table::LoadCurve;
 
 /// The spring of a contact at a penetration, over its stiffness k.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,10 +11,6 @@ pub struct ContactSpring {
     pub secant: f64,
     /// `∂F/∂g / k`.
     pub tangent: f64,
-    /// Potential energy over k, m² or rad².
-    pub energy: f64,
-    /// The same, its derivative by the phase in periods.
-    pub phase_slope: f64,
 }
 
 impl ForceElement {
@@ -32,28 +29,41 @@ impl ForceElement {
     }
 
     /// The spring at a penetration on a piece of its wave.
-    pub fn contact_spring(&self, (t, q): (f64, &[f64]), g: f64, piece: u32) -> ContactSpring {
-        let followed = self.stiffness_wave.as_ref().and_then(|wave| {
-            let psi = wave.phase.phase_at(t, q);
-            let pieces = wave.load_table.as_ref()?.position_count();
-            Some((wave.load_curve(psi, piece as usize)?, pieces as f64))
-        });
-        let Some((curve, pieces)) = followed else {
-            let (factor, slope) = self.factor(t, q, piece);
+    pub fn contact_spring(&self, at: (f64, &[f64]), g: f64, piece: u32) -> ContactSpring {
+        let Some((curve, _)) = self.load_curve(at, piece) else {
+            let (factor, _) = self.factor(at.0, at.1, piece);
             return ContactSpring {
                 secant: factor,
                 tangent: factor,
-                energy: 0.5 * factor * g * g,
-                phase_slope: 0.5 * slope * g * g,
             };
         };
-        let at = curve.at_deflection(g);
+        let point = curve.at_deflection(g);
         ContactSpring {
-            secant: if g == 0.0 { at.tangent } else { at.load / g },
-            tangent: at.tangent,
-            energy: at.energy,
-            phase_slope: pieces * at.energy_slope,
+            secant: if g == 0.0 {
+                point.tangent
+            } else {
+                point.load / g
+            },
+            tangent: point.tangent,
         }
+    }
+
+    /// Potential energy over k at a penetration on a piece of its wave, m² or rad², and its derivative by the phase in periods.
+    pub fn contact_energy(&self, at: (f64, &[f64]), g: f64, piece: u32) -> [f64; 2] {
+        let Some((curve, positions)) = self.load_curve(at, piece) else {
+            let (factor, slope) = self.factor(at.0, at.1, piece);
+            return [factor, slope].map(|x| 0.5 * x * g * g);
+        };
+        let [energy, slope] = curve.energy(g);
+        [energy, positions as f64 * slope]
+    }
+
+    /// Load over deflection at an instant on a piece of the wave, and the positions in a period; none of a wave without a load table.
+    fn load_curve(&self, (t, q): (f64, &[f64]), piece: u32) -> Option<(LoadCurve<'_>, usize)> {
+        let wave = self.stiffness_wave.as_ref()?;
+        let positions = wave.load_table.as_ref()?.position_count();
+        let curve = wave.load_curve(wave.phase.phase_at(t, q), piece as usize)?;
+        Some((curve, positions))
     }
 
     /// Contact state at a deflection and its rate on a piece of the stiffness wave.

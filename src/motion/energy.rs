@@ -30,7 +30,7 @@ impl DynamicModel {
                 (ForceLaw::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
                     let g = contact.penetration(state, delta);
-                    contact.stiffness * b.contact_spring((t, q), g, piece).energy
+                    contact.stiffness * b.contact_energy((t, q), g, piece)[0]
                 }
                 (ForceLaw::Nonlinear { characteristic, .. }, _) => {
                     characteristic.potential_energy(delta)
@@ -110,7 +110,8 @@ impl DynamicModel {
                     let spring = b.contact_spring((t, q), g, of_wave);
                     powers.dissipated += (force - spring.secant * contact.stiffness * g) * rate;
                     if let Some(wave) = &b.stiffness_wave {
-                        let rate = spring.phase_slope * wave.phase.imposed_rate(t);
+                        let [_, phase_slope] = b.contact_energy((t, q), g, of_wave);
+                        let rate = phase_slope * wave.phase.imposed_rate(t);
                         powers.input += contact.stiffness * rate;
                     }
                 }

@@ -182,8 +182,9 @@ impl DynamicModel {
         ) {
             let (state, piece) = self.contact_state(branch, contact, regime, t, y);
             let (delta, _) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
-            let spring = b.contact_spring((t, q), contact.penetration(state, delta), piece);
-            let push = contact.stiffness * spring.phase_slope / TAU;
+            let beyond = contact.penetration(state, delta);
+            let [_, phase_slope] = b.contact_energy((t, q), beyond, piece);
+            let push = contact.stiffness * phase_slope / TAU;
             angle.entries().for_each(|(i, a)| g[i] -= a * push);
         }
     }

@@ -65,14 +65,18 @@ impl SimulationResult {
         let ready = SimulationSetup::new(machine, &scene.start, study)?;
         let compares = !study.no_sensitivity && !ready.model.model.superposes();
         let share = if compares { 0.5 } else { 1.0 };
+        let elements = &ready.model.model.elements;
+        let follows_load = elements.iter().any(|element| element.follows_load());
         let carry_out = |choice: &MethodChoice| {
             let mut rows = OnlineAnalysis::new(machine, &ready, &study.running)?;
             let mut first = compares.then(|| RunSamples::new(&ready));
             let mut beyond: Option<(usize, f64)> = None;
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
                 hear(share * at.0 / ready.end_time);
-                let loads = ready.model.model.loads_over_tables(at.0, at.1);
-                beyond = loads.chain(beyond).max_by(|a, b| a.1.total_cmp(&b.1));
+                if follows_load {
+                    let loads = ready.model.model.loads_over_tables(at.0, at.1);
+                    beyond = loads.chain(beyond).max_by(|a, b| a.1.total_cmp(&b.1));
+                }
                 first
                     .iter_mut()
                     .for_each(|first| first.see(&ready, at, values));

@@ -46,14 +46,11 @@ impl Dial {
 
     /// Whether it shows a setting, by itself or with other dials.
     pub fn shows(self, setting: Setting) -> bool {
-        match self {
-            Dial::Setting(shown) => shown == setting,
-            Dial::EccentricAngle { .. } => setting == Setting::RadialDistance,
-            Dial::Tilt | Dial::Swivel => {
-                matches!(setting, Setting::TiltCosine | Setting::TiltSine)
-            }
-            Dial::CradleOverWork => setting == Setting::Ratio,
-        }
+        let constant = match self {
+            Dial::EccentricAngle { machine_constant } => Some(machine_constant),
+            _ => None,
+        };
+        Dial::of(setting, constant).contains(&self)
     }
 
     /// Whether it is a dimension of the cutter.

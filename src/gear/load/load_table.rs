@@ -62,10 +62,6 @@ pub struct LoadPoint {
     pub load: f64,
     /// dF/dδ.
     pub tangent: f64,
-    /// V.
-    pub energy: f64,
-    /// ∂V by the way from one position to the next.
-    pub energy_slope: f64,
 }
 
 /// Errors of a table between its loads: largest differences to every second load, left out and interpolated from the others.
@@ -262,9 +258,7 @@ impl LoadCurve<'_> {
     pub fn at_deflection(&self, deflection: f64) -> LoadPoint {
         let size = deflection.abs();
         let last = self.loads.len() - 1;
-        let reached = (0..=last).take_while(|k| self.node(*k).deflection <= size);
-        let reached = reached.count();
-        let (load, tangent) = match reached {
+        let (load, tangent) = match self.passed(size) {
             0 => {
                 let (first, most) = (self.node(0), self.loads[0]);
                 let q = self.exponent(first).recip();
@@ -285,25 +279,38 @@ impl LoadCurve<'_> {
                 (load, cubic.slope(load).recip())
             }
         };
-        let [area, area_slope] = self.areas(load, reached);
         LoadPoint {
             load: load.copysign(deflection),
             tangent,
-            energy: load * size - area,
-            energy_slope: -area_slope,
         }
     }
 
+    /// V at a deflection, and its change on the way from one position to the next.
+    pub fn energy(&self, deflection: f64) -> [f64; 2] {
+        let size = deflection.abs();
+        let load = self.at_deflection(size).load;
+        let [area, area_slope] = self.areas(load, self.passed(size));
+        [load * size - area, -area_slope]
+    }
+
+    /// Number of loads of the table whose deflections a deflection above zero has passed.
+    fn passed(&self, size: f64) -> usize {
+        let nodes = 0..self.loads.len();
+        nodes
+            .take_while(|k| self.node(*k).deflection <= size)
+            .count()
+    }
+
     /// `∫ δ dF` from rest to a load that has passed so many of the table, and its change on the way from one position to the next.
-    fn areas(&self, load: f64, reached: usize) -> [f64; 2] {
+    fn areas(&self, load: f64, passed: usize) -> [f64; 2] {
         let mut sum = self.first_areas(load.min(self.loads[0]));
         let last = self.loads.len() - 1;
-        for k in 0..reached.min(last) {
+        for k in 0..passed.min(last) {
             let to = load.min(self.loads[k + 1]);
             sum[0] += self.cubic(k, |k| self.node(k)).area(to);
             sum[1] += self.cubic(k, |k| self.node_slope(k)).area(to);
         }
-        if reached > last {
+        if passed > last {
             let beyond = load - self.loads[last];
             let triangle = |n: LoadedNode| beyond * (n.deflection + 0.5 * beyond * n.compliance);
             sum[0] += triangle(self.node(last));

@@ -8,6 +8,7 @@ use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::measured_flank::{FlankNode, MeasuredFlank};
 use crate::gear::cut::outliers::outliers;
 use crate::gear::cut::setting::FlankSetup;
+use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 use crate::scene::correction_study::CorrectionStudy;
@@ -171,14 +172,7 @@ const LEAST_SPAN: f64 = 0.25;
 
 /// A warning of nodes that span little of the face or the height.
 fn narrow(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
-    let span = |k: usize| {
-        let most = shares
-            .iter()
-            .map(|s| s[k])
-            .fold(f64::NEG_INFINITY, f64::max);
-        let least = shares.iter().map(|s| s[k]).fold(f64::INFINITY, f64::min);
-        most - least
-    };
+    let span = |k: usize| peak_to_peak(&shares.iter().map(|s| s[k]).collect::<Vec<_>>());
     let (what, span) = [("face", span(0)), ("height", span(1))]
         .into_iter()
         .find(|(_, span)| *span < LEAST_SPAN)?;
@@ -186,7 +180,7 @@ fn narrow(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
         code: "narrow-grid",
         message: format!(
             "the nodes span {:.0} % of the {what} of the {name}: deviations along it are not known, and settings that change them are guessed",
-            100.0 * span.max(0.0)
+            100.0 * span
         ),
         hint: Some("measure a grid over the whole flank, such as 5 × 9 nodes".into()),
     })

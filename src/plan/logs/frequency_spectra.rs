@@ -76,12 +76,7 @@ pub fn welch_spectra(
         estimator.push(&views);
         part = parts.removed_text;
     } else {
-        sample_blocks::for_each_block(recording, channels, |block, ends| {
-            estimator.push(block);
-            if ends {
-                estimator.end_segment();
-            }
-        })?;
+        sample_blocks::average(recording, channels, &mut estimator)?;
     }
     let spectra = estimator.finish()?;
     let averages = match (spectra.averages, study.averaging) {

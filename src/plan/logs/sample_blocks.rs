@@ -3,6 +3,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::welch::WelchEstimator;
 
 /// Samples of each channel handed on at a time.
 const BLOCK: usize = 1 << 16;
@@ -33,6 +34,23 @@ pub fn for_each_block(
         }
     }
     Ok(())
+}
+
+/// Averages the blocks of channels; none crosses the end of a segment.
+///
+/// # Errors
+/// The samples cannot be read.
+pub fn average(
+    recording: &Recording,
+    channels: &[&Channel],
+    estimator: &mut WelchEstimator,
+) -> Result<(), Error> {
+    for_each_block(recording, channels, |block, ends| {
+        estimator.push(block);
+        if ends {
+            estimator.end_segment();
+        }
+    })
 }
 
 /// Whole channels in memory.

@@ -40,12 +40,7 @@ pub(super) fn estimate_from_blocks(
         &frf::required_pairs(ins, outs),
         &options,
     )?;
-    sample_blocks::for_each_block(recording, channels, |block, ends| {
-        estimator.push(block);
-        if ends {
-            estimator.end_segment();
-        }
-    })?;
+    sample_blocks::average(recording, channels, &mut estimator)?;
     let spectra = estimator.finish()?;
     // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
     const BAND_EDGE_SHARE: f64 = 0.95;
