@@ -764,7 +764,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-backlash",
         Warning,
-        "At the limits of centre distance and tooth thickness the teeth would overlap.",
+        "At the limits of centre distance and tooth thickness, or at the mean points of a bevel pair, the teeth would overlap.",
+    ),
+    (
+        "other-spiral",
+        Warning,
+        "A flank of a bevel gear has another spiral angle at its mean point than its blank was designed for, by more than 2°: one of them belongs to another gear.",
     ),
     (
         "folded",

@@ -123,6 +123,15 @@ pub fn suggested_time_limit(time_s: f64) -> String {
     }
 }
 
+/// One unit per another.
+pub fn quotient_unit(output: &str, input: &str) -> String {
+    match (output == input, input.contains(['·', '/'])) {
+        (true, _) => "1".to_string(),
+        (false, true) => format!("{output}/({input})"),
+        (false, false) => format!("{output}/{input}"),
+    }
+}
+
 /// A bare number in the SI unit of `kind`.
 pub fn value_in_si(value: f64, kind: QuantityKind) -> f64 {
     match kind {

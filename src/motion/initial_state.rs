@@ -50,8 +50,8 @@ pub fn initial_state(
     }
     match_error_rates(moving, t, &mut y)?;
     init_internal_states(train, t, &mut y);
-    let q = match (0..train.elements.len()).any(|at| is_tooth_pair(moving, at)) {
-        true => equilibrium_of_pairs(moving, t, &y)?,
+    let q = match moving.branches.iter().any(|of| of.len() > 1) {
+        true => equilibrium_of_flanks(moving, t, &y)?,
         false => static_equilibrium(train, &moving.rigid, t, &y)?,
     };
     y[..n].copy_from_slice(&q);
@@ -134,13 +134,17 @@ fn side(contact: &ContactLaw) -> f64 {
     }
 }
 
+/// Share of the largest applied force below which a force is rounding of a branch that carries nothing.
+const IDLE_SHARE: f64 = 1e-9;
+
 /// Rounds of the search for the tooth pairs that carry, for each pair.
 const ROUNDS_PER_PAIR: usize = 10;
 
-/// The winding up with tooth pairs: all of a flank carry at first; then those that would pull are let go and those that overlap are added.
-fn equilibrium_of_pairs(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+/// The winding up with flanks or tooth pairs that are elements of their own: all of a drive flank carry at first; then those that would pull
+/// are let go and those that overlap are added.
+fn equilibrium_of_flanks(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
     let model = &moving.model;
-    let meshes: Vec<&Vec<usize>> = moving.branches.iter().filter(|of| of.len() > 2).collect();
+    let meshes: Vec<&Vec<usize>> = moving.branches.iter().filter(|of| of.len() > 1).collect();
     let n_pairs: usize = meshes.iter().map(|of| of.len()).sum();
     let mut closed: Vec<usize> = meshes
         .iter()
@@ -156,6 +160,8 @@ fn equilibrium_of_pairs(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Ve
         }
         _ => 0.0,
     };
+    let applied = model.applied_forces(None, t, y);
+    let idle = IDLE_SHARE * applied.iter().fold(0.0f64, |most, f| most.max(f.abs()));
     let solve = |closed: &[usize]| {
         let mut tight = model.clone();
         for &at in meshes.iter().copied().flatten() {
@@ -193,7 +199,10 @@ fn equilibrium_of_pairs(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Ve
         for of in &meshes {
             for flank in [&of[..of.len() / 2], &of[of.len() / 2..]] {
                 if flank.iter().any(|at| closed.contains(at)) {
-                    let touches = |at: &&usize| overlap(**at, &q) > 0.0;
+                    let touches = |at: &&usize| {
+                        let scale = model.elements[**at].direction.scale;
+                        static_stiffness(model, **at) * overlap(**at, &q) * scale > idle
+                    };
                     next.extend(flank.iter().filter(touches));
                 }
             }
@@ -328,8 +337,8 @@ fn static_deflection(
         let still = vec![0.0; n];
         let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
         let largest = push.iter().fold(0.0f64, |m, f| m.max(f.abs()));
-        // A force this small is rounding of a branch that carries nothing: it stays in the middle of its play.
-        if force.abs() * b.direction.scale > 1e-9 * largest {
+        // A branch that carries nothing stays in the middle of its play.
+        if force.abs() * b.direction.scale > IDLE_SHARE * largest {
             let offset = stiffness * force.signum() * half;
             b.direction
                 .entries()

@@ -339,6 +339,7 @@ fn setting_key(setting: Setting) -> &'static str {
     match setting {
         Setting::TiltCosine => "tilt cos(swivel)",
         Setting::TiltSine => "tilt sin(swivel)",
+        Setting::ProfileCurvature => "profile curvature",
         Setting::Ratio => "work_over_cradle",
         setting => setting_name(setting),
     }
@@ -347,6 +348,7 @@ fn setting_key(setting: Setting) -> &'static str {
 fn dial_key(dial: Dial) -> &'static str {
     match dial {
         Dial::Setting(setting) => setting_name(setting),
+        Dial::ProfileRadius => setting_name(Setting::ProfileCurvature),
         Dial::EccentricAngle { .. } => "eccentric_angle",
         Dial::Tilt => "tilt",
         Dial::Swivel => "swivel",

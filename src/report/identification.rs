@@ -18,6 +18,7 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact, or_blank};
 use super::view::View;
 use crate::base::error::Error;
+use crate::base::quantity::quotient_unit;
 use crate::identify::compare;
 use crate::identify::modal::stabilisation::PoleStability;
 use crate::identify::operational::fdd::DECAY_RANGE;
@@ -29,7 +30,6 @@ use crate::plan::logs::identification_result::{
     Evidence, IdentificationResult, IdentifiedHarmonic, IdentifiedMode, PickedPeak, PointShapes,
 };
 use crate::plan::logs::method::structure_text;
-use crate::plan::response::run::quotient_unit;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse};
 
 impl Presentation for LogReport<IdentificationResult> {

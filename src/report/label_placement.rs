@@ -32,6 +32,12 @@ impl Frame {
         meet(self.across, other.across) && meet(self.down, other.down)
     }
 
+    /// Distance of a point outside.
+    fn distance(&self, (x, y): Point2) -> f64 {
+        let beyond = |x: f64, (low, high): (f64, f64)| (low - x).max(x - high).max(0.0);
+        f64::hypot(beyond(x, self.across), beyond(y, self.down))
+    }
+
     fn holds(&self, (x, y): Point2) -> bool {
         self.across.0 < x && x < self.across.1 && self.down.0 < y && y < self.down.1
     }
@@ -39,7 +45,8 @@ impl Frame {
 
 /// Middles of names of the widths given next to their points, the first being the most important; `None` of a name without room.
 ///
-/// Names lie inside `room` and not over each other or over other points; over `curves` only where nothing else is free.
+/// Names lie inside `room`, not over each other, and nearer to their own points than to others; over `curves` only where nothing else is
+/// free.
 pub fn place_labels(
     points: &[Point2],
     widths: &[f64],
@@ -64,10 +71,11 @@ pub fn place_labels(
         ];
         let is_free = |middle: &&Point2| {
             let frame = Frame::about(**middle, (widths[k], height));
-            let others = points.iter().enumerate().filter(|(i, _)| *i != k);
+            let mut others = points.iter().enumerate().filter(|(i, _)| *i != k);
+            let own = frame.distance(points[k]);
             frame.is_within(room)
                 && !taken.iter().any(|other| other.overlaps(&frame))
-                && !others.into_iter().any(|(_, point)| frame.holds(*point))
+                && others.all(|(_, point)| frame.distance(*point) > own)
         };
         let is_clear = |middle: &&Point2| {
             let frame = Frame::about(**middle, (widths[k], height));
@@ -124,7 +132,8 @@ mod tests {
                 assert!(frame.is_within(&ROOM));
                 assert!(frames[..i].iter().all(|(_, other)| !other.overlaps(frame)));
                 let mut others = points.iter().enumerate().filter(|(j, _)| j != k);
-                assert!(others.all(|(_, point)| !frame.holds(*point)));
+                let own = frame.distance(points[*k]);
+                assert!(others.all(|(_, point)| frame.distance(*point) > own));
             }
         }
     }

@@ -11,8 +11,16 @@ use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::Model;
 
-/// The view of the modes of a machine.
-pub fn mode_view(prepared: &PreparedMachine, result: &ModesResult, model: &Model) -> View {
+/// Nodes of a train that are drawn at most: the names of more cannot be read.
+pub const MAX_NODES: usize = 60;
+
+/// The view of the modes of a machine, with one mode shown at first by its index.
+pub fn mode_view(
+    prepared: &PreparedMachine,
+    result: &ModesResult,
+    model: &Model,
+    first: usize,
+) -> View {
     let machine = &prepared.machine;
     let train = train(prepared, model);
     let entry = |k: usize| {
@@ -39,6 +47,7 @@ pub fn mode_view(prepared: &PreparedMachine, result: &ModesResult, model: &Model
         title: "Mode shapes".into(),
         replaces: &[],
         data: json!({
+            "first": first,
             "modes": (0..result.modes.len()).map(entry).collect::<Vec<_>>(),
             "real": shapes().map(|z| z.re).collect::<Vec<_>>(),
             "imaginary": imaginary,

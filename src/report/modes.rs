@@ -9,7 +9,7 @@ use super::figure::{Figure, PlotColumn};
 use super::json::complex;
 use super::mode_shape_plot::draw_mode_shapes;
 use super::mode_text::dominant_elements_text;
-use super::mode_view::mode_view;
+use super::mode_view::{MAX_NODES, mode_view};
 use super::number_format::rpm;
 use super::plan::step_lines;
 use super::presentation::{Presentation, Provenance, step_times};
@@ -152,10 +152,19 @@ impl Presentation for ModesReport<'_> {
     }
 
     fn views(&self) -> Vec<View> {
-        match self.result.campbell {
-            Some(_) => Vec::new(),
-            None => vec![mode_view(self.machine, &self.result, &self.scene.model)],
+        let is_too_long = self.machine.machine.nodes.len() > MAX_NODES;
+        if self.result.campbell.is_some() || is_too_long {
+            return Vec::new();
         }
+        let modes = &self.result.modes;
+        let elastic = modes.iter().position(|mode| !mode.rigid).unwrap_or(0);
+        let first = self.mode.unwrap_or(elastic);
+        vec![mode_view(
+            self.machine,
+            &self.result,
+            &self.scene.model,
+            first,
+        )]
     }
 
     fn notes(&self) -> String {

@@ -199,7 +199,7 @@ fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
                 format!("−{} % if one grade finer, ", percent(finer))
             });
             let text = format!(
-                "{} %; root {finer}−{} % without it",
+                "{} %; rss {finer}−{} % without it",
                 percent(found[e].share),
                 percent(found[e].rss_without)
             );

@@ -59,7 +59,7 @@ pub fn turning_view(pair: &TurningPair, names: [&str; 2]) -> View {
             "middle_m": [0.5 * (low + high), 0.0, 0.0],
             "size_m": high - low,
             "curves": {
-                "contact": pair.contact,
+                "contact": if pair.is_line_contact { "line" } else { "point" },
                 "facing": pair.facing.map(|v| v.array()),
                 "angles_rad": [angles(0), angles(1)],
                 "first": first,

@@ -7,49 +7,76 @@ use crate::base::error::Error;
 use crate::modes::modal_basis::ModalBasis;
 use crate::modes::state_space::first_order::first_order;
 use crate::modes::system_matrices::SystemMatrices;
+use crate::numeric::vector_ops::dot;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, eigen, symmetric};
 
 /// A system taken apart into modes.
 pub struct ModalSum {
     system: InputOutputSystem,
-    terms: Vec<ModalTerm>,
+    real: RealModes,
+    complex: Option<ComplexModes>,
     /// c D⁻¹ b of what follows statically.
     static_term: Matrix,
-    complex: bool,
 }
 
-/// One mode between rows and columns: `c_k b_k / denominator(s)`.
-struct ModalTerm {
-    output_row: Vec<Complex>,
-    input_column: Vec<Complex>,
-    root: ModalDenominator,
+/// Real modes: `Σ_k r_k / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
+struct RealModes {
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    lossy: Vec<f64>,
+    /// `r_k` of every row and column, column by column.
+    residues: Vec<Vec<f64>>,
 }
 
-enum ModalDenominator {
-    /// `s² + 2 d s + ω² + i sgn h`.
-    SecondOrder {
-        damping: f64,
-        stiffness: f64,
-        lossy: f64,
-    },
-    /// `s − λ`.
-    FirstOrder(Complex),
+/// Complex modes: `Σ_k r_k / (s − λ_k)`.
+struct ComplexModes {
+    roots: Vec<Complex>,
+    /// `r_k` of every row and column, column by column.
+    residues: Vec<Vec<Complex>>,
 }
 
-impl ModalDenominator {
-    fn response_at(&self, s: Complex) -> Complex {
-        match *self {
-            ModalDenominator::SecondOrder {
-                damping,
-                stiffness,
-                lossy,
-            } => {
-                let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
-                s * s + s * damping + Complex::new(stiffness, sign * lossy)
-            }
-            ModalDenominator::FirstOrder(lambda) => s - lambda,
+impl RealModes {
+    /// The first `modes` coordinates, read by rows and loaded by columns.
+    fn new(
+        (reads, loads): (&Matrix, &Matrix),
+        e: &SystemMatrices,
+        basis: &ModalBasis,
+        modes: usize,
+    ) -> RealModes {
+        RealModes {
+            stiffness: (0..modes).map(|k| stiffness(e, basis, k, k)).collect(),
+            damping: (0..modes).map(|k| e.damping[(k, k)]).collect(),
+            lossy: (0..modes)
+                .map(|k| e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]))
+                .collect(),
+            residues: residues(reads.nrows(), loads.ncols(), |row, column| {
+                (0..modes)
+                    .map(|k| reads[(row, k)] * loads[(k, column)])
+                    .collect()
+            }),
         }
     }
+
+    /// Real and imaginary parts of `1 / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
+    fn weights(&self, omega: f64) -> (Vec<f64>, Vec<f64>) {
+        let sign = if omega == 0.0 { 0.0 } else { omega.signum() };
+        (0..self.stiffness.len())
+            .map(|k| {
+                let re = self.stiffness[k] - omega * omega;
+                let im = self.damping[k] * omega + self.lossy[k] * sign;
+                let square = re * re + im * im;
+                (re / square, -im / square)
+            })
+            .unzip()
+    }
+}
+
+/// Terms of every row and column, column by column.
+fn residues<T>(rows: usize, columns: usize, terms: impl Fn(usize, usize) -> Vec<T>) -> Vec<Vec<T>> {
+    (0..columns)
+        .flat_map(|column| (0..rows).map(move |row| (row, column)))
+        .map(|(row, column)| terms(row, column))
+        .collect()
 }
 
 impl ModalSum {
@@ -75,7 +102,7 @@ impl ModalSum {
 
     /// The modes are complex.
     pub fn is_complex(&self) -> bool {
-        self.complex
+        self.complex.is_some()
     }
 
     fn from_real_modes(
@@ -85,10 +112,7 @@ impl ModalSum {
     ) -> Result<ModalSum, Error> {
         let modes = basis.omega.len();
         let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
-        let ports = (&all_reads, &all_loads);
-        let terms = (0..modes)
-            .map(|k| second_order_term(ports, e, basis, k))
-            .collect();
+        let real = RealModes::new((&all_reads, &all_loads), e, basis, modes);
         let light = system.len() - modes;
         let still = match light {
             0 => Matrix::zeros(all_reads.nrows(), all_loads.ncols()),
@@ -104,9 +128,9 @@ impl ModalSum {
         };
         Ok(ModalSum {
             system,
-            terms,
+            real,
+            complex: None,
             static_term: still,
-            complex: false,
         })
     }
 
@@ -117,7 +141,6 @@ impl ModalSum {
     ) -> Result<Option<ModalSum>, Error> {
         let (rigid, n) = (system.rigid, system.len());
         let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
-        let ports = (&all_reads, &all_loads);
         let couples = |i: usize| {
             (0..n).any(|j| {
                 j != i
@@ -130,9 +153,6 @@ impl ModalSum {
         if (0..rigid).any(couples) {
             return Ok(None);
         }
-        let mut terms: Vec<ModalTerm> = (0..rigid)
-            .map(|k| second_order_term(ports, e, basis, k))
-            .collect();
         let rest = n - rigid;
         let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
         let elastic = SystemMatrices {
@@ -157,6 +177,7 @@ impl ModalSum {
         let reads = Matrix::from_fn(all_reads.nrows(), rest, |i, j| all_reads[(i, rigid + j)]);
         let still = &reads * &first.r_from_u;
         let states = first.a.nrows();
+        let mut complex = None;
         if states > 0 {
             let eigen = eigen::eigen(&first.a)?;
             let seen = &reads * &first.r_from_x;
@@ -165,33 +186,44 @@ impl ModalSum {
             };
             let shown = real(&seen) * &eigen.right;
             let reached = symmetric::lu_solve_complex(&eigen.right, &real(&first.b))?;
-            terms.extend((0..states).map(|k| ModalTerm {
-                output_row: (0..shown.nrows()).map(|i| shown[(i, k)]).collect(),
-                input_column: (0..reached.ncols()).map(|j| reached[(k, j)]).collect(),
-                root: ModalDenominator::FirstOrder(eigen.values[k]),
-            }));
+            complex = Some(ComplexModes {
+                residues: residues(shown.nrows(), reached.ncols(), |row, column| {
+                    (0..states)
+                        .map(|k| shown[(row, k)] * reached[(k, column)])
+                        .collect()
+                }),
+                roots: eigen.values,
+            });
         }
         Ok(Some(ModalSum {
+            real: RealModes::new((&all_reads, &all_loads), e, basis, rigid),
             system,
-            terms,
+            complex,
             static_term: still,
-            complex: true,
         }))
     }
 
     /// Outputs by inputs at `s = iω`, ω in rad/s; infinite or no number where nothing damps a resonance at ω.
     pub fn response_at(&self, omega: f64) -> ComplexMatrix {
         let s = Complex::new(0.0, omega);
-        let weights: Vec<Complex> = self
-            .terms
-            .iter()
-            .map(|t| Complex::new(1.0, 0.0) / t.root.response_at(s))
-            .collect();
+        let (re, im) = self.real.weights(omega);
+        let complex = self.complex.as_ref().map(|modes| {
+            let weights = modes.roots.iter().map(|root| (s - root).inv());
+            (modes, weights.collect::<Vec<_>>())
+        });
+        let rows = self.static_term.nrows();
         self.system.combine(s, |read, load| {
-            let start = Complex::new(self.static_term[(read, load)], 0.0);
-            self.terms.iter().zip(&weights).fold(start, |sum, (t, w)| {
-                sum + t.output_row[read] * t.input_column[load] * w
-            })
+            let at = load * rows + read;
+            let residues = &self.real.residues[at];
+            let real = Complex::new(
+                self.static_term[(read, load)] + dot(residues, &re),
+                dot(residues, &im),
+            );
+            match &complex {
+                None => real,
+                Some((modes, weights)) => (modes.residues[at].iter().zip(weights))
+                    .fold(real, |sum, (residue, weight)| sum + residue * weight),
+            }
         })
     }
 }
@@ -212,24 +244,6 @@ fn stiffness(e: &SystemMatrices, basis: &ModalBasis, i: usize, j: usize) -> f64 
 
 /// Relative: K summed from branches differs so from ω² of their squares by rounding, not by terms that are no squares.
 const SQUARE: f64 = 1e-9;
-
-fn second_order_term(
-    (reads, loads): (&Matrix, &Matrix),
-    e: &SystemMatrices,
-    basis: &ModalBasis,
-    k: usize,
-) -> ModalTerm {
-    let real = |x: f64| Complex::new(x, 0.0);
-    ModalTerm {
-        output_row: (0..reads.nrows()).map(|i| real(reads[(i, k)])).collect(),
-        input_column: (0..loads.ncols()).map(|j| real(loads[(k, j)])).collect(),
-        root: ModalDenominator::SecondOrder {
-            damping: e.damping[(k, k)],
-            stiffness: stiffness(e, basis, k, k),
-            lossy: e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]),
-        },
-    }
-}
 
 /// Rounding tolerance relative to the geometric mean of the diagonal: smaller entries next to it are rounding of the sums.
 const ROUNDING: f64 = 1e-11;

@@ -77,13 +77,13 @@ impl StandardTable {
             (0, ..) => {
                 return conflict(
                     "method 0 starts from `spiral_angle`",
-                    "give the mean spiral angle of both gears",
+                    "give the mean spiral angle of both gears in `blank`",
                 );
             }
             (1, ..) => {
                 return conflict(
                     "method 1 starts from `pinion_spiral_angle`",
-                    "give the wanted spiral angle of the pinion",
+                    "give the wanted spiral angle of the pinion in `blank`",
                 );
             }
             (method, Some(wheel_spiral_angle), None) if nominal.offset != 0.0 => {

@@ -1,9 +1,10 @@
 //! Mesh of a bevel pair of a gear file, as a model names it: directions at the reference contact and the unloaded transmission error.
 //!
-//! Along the normal of the reference contact a turn of the gear counts its lever there. The mesh cycle goes forward as the pinion turns in
-//! the sense in which its drive flanks push.
+//! Along the normal of the reference contact a turn of the gear counts its lever there. The mesh cycle goes forward as the pinion turns
+//! about its axis from apex to heel by the right hand, in which sense its torque counts as well: a concave flank pushes forwards on a
+//! right-hand pinion and backwards on a left-hand one.
 
-use super::bevel_file::{BevelFile, ContactSide};
+use super::bevel_file::BevelFile;
 use super::gear_mesh::MeshFile;
 use super::laws::Hand;
 use crate::base::code::Code;
@@ -36,8 +37,8 @@ pub struct BevelMesh {
     pub module: f64,
     /// Levers of the normal about both axes, m.
     pub levers: [f64; 2],
-    /// The mesh cycle goes forward by growing angle of the pinion in the gear file.
-    pub is_forward: bool,
+    /// The flank of the pinion pushes as it turns backwards, and carries a torque below zero.
+    pub is_backward: bool,
     /// Unloaded transmission error along the normal over one mesh cycle, from the reference contact on, m.
     pub te: Vec<f64>,
     /// Peak-to-peak of the transmission error, m.
@@ -52,9 +53,12 @@ impl BevelMesh {
     pub fn new(file: MeshFile, bevel: BevelFile) -> Result<BevelMesh, Error> {
         let refused = |why: &str| refused(&bevel, why);
         if bevel.is_conjugate() {
-            return Err(refused(
-                "straight teeth are conjugate and give a machine no transmission error: state the data of the mesh in the model",
-            ));
+            let message = "straight teeth are conjugate and give a machine no transmission error";
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_span(&bevel.span)
+                .with_hint(
+                    "state teeth, cone_angles and k of the mesh in the model, in place of `gear`",
+                ));
         }
         let sides = bevel.contact.side.flanks();
         let flanks = [0, 1].map(|k| bevel.flank(k, sides[k]));
@@ -82,12 +86,9 @@ impl BevelMesh {
             .ok_or_else(|| refused("the flanks do not touch near the middle of their teeth"))?;
         let forces = ContactForces::of(&pair, &path.reference);
         let levers = forces.levers;
-        let is_coast = bevel.contact.side == ContactSide::Coast;
-        let is_forward = (forces.pinion_turn > 0.0) != is_coast;
-        let sense = if is_forward { 1.0 } else { -1.0 };
         let te: Option<Vec<f64>> = (0..positions)
             .map(|i| {
-                let share = sense * i as f64 / positions as f64;
+                let share = i as f64 / positions as f64;
                 let angle = path.reference.pinion_angle + share * pair.pitch();
                 Some(levers[1] * pair.leading(&path, angle)?.te)
             })
@@ -108,7 +109,7 @@ impl BevelMesh {
             pressure_angle: alpha,
             module: 2.0 * levers[0] / (f64::from(teeth[0]) * alpha.cos()),
             levers,
-            is_forward,
+            is_backward: forces.pinion_turn < 0.0,
             peak_to_peak: peak_to_peak(&te),
             te,
             bevel,
@@ -125,11 +126,6 @@ impl BevelMesh {
     /// Pitch angles, rad.
     pub fn cone_angles(&self) -> [f64; 2] {
         self.bevel.members.each_ref().map(|m| m.blank.pitch_angle)
-    }
-
-    /// The coast flanks touch.
-    pub fn is_coast(&self) -> bool {
-        self.bevel.contact.side == ContactSide::Coast
     }
 }
 

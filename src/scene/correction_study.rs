@@ -77,6 +77,7 @@ impl FlankSide {
 pub const SETTINGS: &[(&str, &[Setting])] = &[
     ("point_radius", &[Setting::PointRadius]),
     ("blade_angle", &[Setting::BladeAngle]),
+    ("profile_radius", &[Setting::ProfileCurvature]),
     ("radial_distance", &[Setting::RadialDistance]),
     ("cradle_angle", &[Setting::CradleAngle]),
     ("blank_offset", &[Setting::BlankOffset]),

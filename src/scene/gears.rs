@@ -118,7 +118,7 @@ fn of_bevel_file(pair: GearPair, gear: Arc<BevelMesh>) -> GearPair {
                 unloaded_te: te.clone(),
                 averaged_te: te,
                 phase: 0.0,
-                is_coast: gear.is_coast(),
+                is_coast: gear.is_backward,
                 springs: None,
             }),
             ..pair.contact

@@ -40,11 +40,11 @@ impl PairMesh {
         first.min(second)
     }
 
-    /// The torque of the file, N·m at the pinion, below zero where its coast flanks carry.
+    /// The torque of the file, N·m at the pinion, below zero where its flanks push backwards.
     pub fn stated_torque(&self) -> Option<f64> {
         let torque = self.file().torque?;
         Some(match self {
-            PairMesh::Bevel(mesh) if mesh.is_coast() => -torque,
+            PairMesh::Bevel(mesh) if mesh.is_backward => -torque,
             _ => torque,
         })
     }

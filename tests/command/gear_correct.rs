@@ -152,6 +152,9 @@ fn refuses_grids_of_another_flank() {
     assert!(refused("few.csv", few, &["--flank", "concave"]).contains("free fewer settings"));
     let text = refused("few.csv", few, &["--settings", "radial_distanc"]);
     assert!(text.contains("did you mean \"radial_distance\""), "{text}");
+    let straight = ["--flank", "concave", "--settings", "profile_radius"];
+    let text = refused("few.csv", few, &straight);
+    assert!(text.contains("a straight blade, which has no"), "{text}");
     let side = "flank,z [mm],radius [mm],deviation [µm]\nleft,66.28,22.12,1\n";
     assert!(refused("side.csv", side, &[]).contains("it is concave or convex"));
     let units = "flank,z,radius [mm],deviation [µm]\nconcave,66.28,22.12,1\n";

@@ -374,6 +374,28 @@ fn law_worm_of_a_machine() {
     }
 }
 
+/// A wheel so small that it reaches a part of the flank only says which.
+#[test]
+fn law_small_reground_wheel_warns() {
+    let (_folder, path) = changed(
+        HELICOID,
+        "\"disk\", radius = \"100 mm\" }",
+        "\"disk\", radius = \"100 mm\", reground_radius = \"2 mm\" }",
+    );
+    let found = document(&["gear", &path, "--json"]);
+    let ground = numbers(&found["regrinding"]["radius_mm"]);
+    assert!(ground.len() < numbers(&found["flank_sections"]["radius_mm"]).len());
+    let warning = &found["warnings"][0];
+    assert_eq!(warning["code"], "undercut");
+    let message = warning["message"].as_str().unwrap();
+    let last = message.split(" and ").nth(1).unwrap().split(' ').next();
+    let last: f64 = last.unwrap().parse().unwrap();
+    // The end lies between the last radius of the table and the next.
+    let step = ground[1] - ground[0];
+    let beyond = last - ground[ground.len() - 1];
+    assert!((-5e-4..step).contains(&beyond), "{message}");
+}
+
 /// A wheel dressed from 250 to 200 mm: both flanks are the tabled distances from the involute helicoid apart. Threads that no wheel grinds
 /// refuse it.
 /// Source: data/reference/gear/c44_zk_wheel_wear.json.

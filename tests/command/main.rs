@@ -14,6 +14,7 @@ mod firefox;
 mod free_decay;
 mod gear_bevel;
 mod gear_bevel_blanks;
+mod gear_bevel_design;
 mod gear_command;
 mod gear_correct;
 mod gear_cut;

@@ -145,8 +145,7 @@ fn law_motor_to_noise() {
     let alone = document(&[
         "response",
         &path("run.toml"),
-        "--run-up",
-        "300:6000:58",
+        "--run-up=-6000:-300:58",
         "--output",
         "pinion_bearings x.force",
         "--output",

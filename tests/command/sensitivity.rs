@@ -267,3 +267,38 @@ fn law_accuracy_and_simulate_measure_one_sensitivity() {
     assert!((found / factor - 1.0).abs() < 0.1, "{found} {factor}");
     assert_eq!(reference["is_lower_bound"], false);
 }
+
+/// A pair with play and bearings starts steadily on the flank that its loads press: its force is the torque over the base radius of
+/// 28.19 mm and stays, which is predictable; bearings change nothing of it.
+#[test]
+fn exact_steady_start_on_either_flank() {
+    let folder = tempfile::tempdir().unwrap();
+    let lateral = ", mass = \"2 kg\"";
+    let bearing = "bearing = [{ name = \"ba\", at = \"a\", k_radial = \"100 N/µm\", damping_ratio = 0.05 }]\n";
+    for (mass, bearing) in [("", ""), (lateral, bearing)] {
+        for torque in [20.0, -20.0] {
+            let text = format!(
+                "title = \"m\"\nsource = \"t\"\n\
+                 inertia = [{{ name = \"a\", J = \"0.001 kg·m²\"{mass} }}, {{ name = \"b\", J = \"0.01 kg·m²\" }}]\n{bearing}\
+                 gear_pair = [{{ name = \"p\", between = [\"a\", \"b\"], teeth = [20, 40], module = \"3 mm\", k = \"300 N/µm\", damping_ratio = 0.03, backlash = \"0.1 mm\", contact_damping = \"no-pull\" }}]\n\
+                 load = [{{ at = \"a\", torque = \"{torque} N·m\" }}, {{ at = \"b\", torque = \"{} N·m\" }}]\n\
+                 speed = {{ a = \"1000 rpm\" }}\n",
+                2.0 * torque
+            );
+            put(folder.path(), "m.toml", &text);
+            let scene = "model = \"m.toml\"\nstart = { at = \"steady\" }\n[[study]]\nkind = \"simulate\"\nuntil = \"0.02 s\"\noutput = [\"p.force\"]\n";
+            let scene = put(folder.path(), "s.toml", scene);
+            let found = document(&["simulate", scene.to_str().unwrap(), "--json"]);
+            let readings = &found["readings"]["p.force"];
+            let exact = torque / (0.03 * 20_f64.to_radians().cos());
+            for key in ["least", "greatest"] {
+                let force = readings[key].as_f64().unwrap();
+                assert!(
+                    (force / exact - 1.0).abs() < 1e-6,
+                    "{torque} {mass}: {force} {exact}"
+                );
+            }
+            assert_eq!(found["warnings"], serde_json::json!([]), "{torque} {mass}");
+        }
+    }
+}

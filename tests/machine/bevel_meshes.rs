@@ -63,12 +63,13 @@ fn coarse() -> &'static (PathBuf, BevelMeshResult, f64) {
     COARSE.get_or_init(|| pitch(12))
 }
 
-/// Two bodies and the pair; the pinion's torque in N·m where there is one.
+/// Two bodies and the pair; the torque of the pinion's drive flanks in N·m where there is one, which turns a left-hand pinion backwards.
 pub fn two_bodies(path: &Path, keys: &str, torque: Option<f64>) -> Scene {
     let load = torque.map_or(String::new(), |t| {
         format!(
-            "load = [{{ at = \"a\", torque = {t} }}, {{ at = \"b\", torque = {} }}]\n",
-            3.0 * t
+            "load = [{{ at = \"a\", torque = {} }}, {{ at = \"b\", torque = {} }}]\n",
+            -t,
+            -3.0 * t
         )
     });
     let text = format!(
@@ -183,9 +184,9 @@ pub fn off_in_slow_motion(
     };
     let (mut worst, mut compared) = (0.0f64, 0);
     for (theta, turned) in pinion.iter().zip(&gear) {
-        // The gear is ahead by te; play leaves it behind by half.
-        let ahead = -(turned + theta / 3.0) * result.lever;
-        let at = (sense * theta / step).rem_euclid(te.len() as f64);
+        // The gear is ahead by te in the sense in which the pinion pushes; play leaves it behind by half.
+        let ahead = -sense * (turned + theta / 3.0) * result.lever;
+        let at = (theta / step).rem_euclid(te.len() as f64);
         // Between the positions k(φ) and e(φ) are straight, and e(φ, T) is not.
         if (at - at.round()).abs() > 0.05 {
             continue;
@@ -276,7 +277,83 @@ fn refuses_what_contradicts_a_bevel_file() {
         .unwrap()
         .to_string();
     assert!(
-        refused.contains("carry the coast flanks") && refused.contains("side = \"coast\""),
+        refused.contains("which its coast flanks carry") && refused.contains("side = \"coast\""),
         "{refused}"
     );
+}
+
+/// Bearings hold the contact force of the file: both hands, drive and coast flanks, with and without play. Radial and axial forces go by
+/// tangential ones, along the normal at the reference contact.
+#[test]
+fn law_bearings_hold_the_contact_force() {
+    let text = std::fs::read_to_string(coarse().0.as_path()).unwrap();
+    let mirrored = text
+        .replace("\"left\"", "\"middle\"")
+        .replace("\"right\"", "\"left\"")
+        .replace("\"middle\"", "\"right\"");
+    for (hand, text) in [("left", &text), ("right", &mirrored)] {
+        for (side, concave_turn) in [("drive", 1.0), ("coast", -1.0)] {
+            let contact = format!("contact = {{ side = \"{side}\" }}\n\n[pinion]\n");
+            let path = coarse().0.with_file_name(format!("{hand}_{side}.toml"));
+            std::fs::write(&path, text.replacen("[pinion]\n", &contact, 1)).unwrap();
+            let file = bevel_file::read(&load::load(&path).unwrap(), &Flags::default()).unwrap();
+            let forces = bevel::run(&file).unwrap().contact.unwrap().forces;
+            let turn = if hand == "right" {
+                concave_turn
+            } else {
+                -concave_turn
+            };
+            assert_eq!(forces.pinion_turn, turn, "{hand} {side}");
+            let size = TORQUE / forces.levers[0];
+            let [_, radial, axial] = forces.directions[0];
+            for play in ["", ", backlash = 1e-4, contact_damping = \"no-pull\""] {
+                let [x, z] = held(&path, play, turn * TORQUE);
+                let off = (x - size * radial).abs().max((z - size * axial).abs());
+                within(
+                    &format!("bearing forces, {hand} hand, {side}{play}, of the contact force"),
+                    off / size,
+                    2e-3,
+                );
+            }
+        }
+    }
+}
+
+/// Radial and axial force of the pinion's bearing at a steady start under a torque of the pinion.
+fn held(path: &Path, play: &str, torque: f64) -> [f64; 2] {
+    let bearing = |at: &str| {
+        format!(
+            "{{ name = \"b{at}\", at = \"{at}\", k_radial = 1e8, k_z = 1e8, k_tilt = 1e6, damping_ratio = 0.03 }}"
+        )
+    };
+    let body =
+        |at: &str| format!("{{ name = \"{at}\", J = 0.01, mass = 2.0, J_diametral = 0.006 }}");
+    let text = format!(
+        "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n\
+         inertia = [{}, {}]\nbearing = [{}, {}]\n\
+         gear_pair = [{{ name = \"g\", between = [\"a\", \"b\"], gear = \"{}\", damping_ratio = 0.03{play} }}]\n\
+         load = [{{ at = \"a\", torque = {torque} }}, {{ at = \"b\", torque = {} }}]\n\
+         [speed]\na = {}\n",
+        body("a"),
+        body("b"),
+        bearing("a"),
+        bearing("b"),
+        path.display(),
+        3.0 * torque,
+        1e-6 * torque.signum(),
+    );
+    let mut scene = scene::read_text("models/test.toml", &text).unwrap_or_else(|e| panic!("{e}"));
+    scene.start.at = InitialState::Steady;
+    let study = SimulateStudy {
+        end_time: Some(1e-4),
+        outputs: ["ba x.force", "ba z.force"].map(String::from).to_vec(),
+        samples: Some(11),
+        no_sensitivity: true,
+        ..SimulateStudy::default()
+    };
+    let machine = prepared(&scene);
+    let motion =
+        SimulationResult::simulate(&scene, &machine, &study, &CancelToken::default(), &|_| ())
+            .unwrap_or_else(|e| panic!("{e}"));
+    [0, 1].map(|i| motion.history.values[i][0])
 }

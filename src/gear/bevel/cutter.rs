@@ -148,6 +148,17 @@ impl Cutter {
         ]
     }
 
+    /// Displacement `[radius, z]` of the profile at a length s along its normal by a unit of the profile curvature, m²: `t² (1 − cos kt)/(kt)²`
+    /// at the length t from the point at the profile height, which stays.
+    pub fn displacement_by_curvature(&self, s: f64) -> [f64; 2] {
+        let [_, tangent, _] = self.profile().at(s);
+        let t = s - self.profile_height / self.blade_angle.cos();
+        let half = 0.5 * self.profile_curvature * t;
+        let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+        let along = 0.5 * (t * sinc).powi(2);
+        [-tangent.z, tangent.x].map(|normal| self.outwards() * along * normal)
+    }
+
     /// Why there is no blade for teeth of a depth, m; none where there is one.
     pub fn fault(&self, depth: f64) -> Option<BladeFault> {
         let blade = self.blade_part();

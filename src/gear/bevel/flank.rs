@@ -24,6 +24,9 @@ const STARTS: usize = 24;
 /// Weight of the cradle's turn squared, in radii of the work, against the distance of a start: of two places the one near the middle of
 /// the roll is the flank.
 const TURN_WEIGHT: f64 = 0.3;
+/// Weight of the height of a start on the blade, in lengths of the blade, against its distance: of two places on the cutter the one nearer
+/// its tip is the flank.
+const HEIGHT_WEIGHT: f64 = 0.5;
 /// Steps along the blade in which the limit of undercut is sought.
 const BLADE_STEPS: usize = 24;
 
@@ -230,7 +233,7 @@ impl BevelFlank {
         point.is_none_or(|point| is_cut_away(&point))
     }
 
-    /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle.
+    /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle and the height on the blade.
     fn scan(&self, [z, radius]: [f64; 2]) -> Vec<(f64, [f64; 3])> {
         let envelope = &self.envelope;
         let fixed = envelope.motion.is_fixed();
@@ -261,7 +264,8 @@ impl BevelFlank {
                 if let Some(jet) = envelope.surface.jet([s, theta]) {
                     let r = state.pose.apply(jet.r);
                     let distance = f64::hypot(r.z - z, f64::hypot(r.x, r.y) - radius);
-                    found.push((distance + TURN_WEIGHT * radius * x * x, [s, theta, x]));
+                    let aside = TURN_WEIGHT * radius * x * x + HEIGHT_WEIGHT * (s - from);
+                    found.push((distance + aside, [s, theta, x]));
                 }
             }
         }

@@ -153,6 +153,11 @@ impl BevelTooth {
         Some(self.angle(place)? * place[1] * self.spiral_angle.cos())
     }
 
+    /// Mean normal pitch, m.
+    pub fn mean_normal_pitch(&self) -> f64 {
+        self.pitch() * self.mean_point[1] * self.spiral_angle.cos()
+    }
+
     /// Mean normal thickness s_mn, m.
     pub fn mean_normal_thickness(&self) -> f64 {
         (self.pitch() - self.mean_space) * self.mean_point[1] * self.spiral_angle.cos()

@@ -5,6 +5,7 @@
 
 use super::contact_point::{ContactPoint, ContactUnknowns, Edge};
 use super::pair::FlankPair;
+use crate::gear::bevel::flank::is_cut_away;
 use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::root::{greatest, sign_change};
 use crate::gear::kernel::vector::Vector;
@@ -215,10 +216,21 @@ impl FlankPair {
         })
     }
 
-    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there.
+    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there, or undercut removes
+    /// them at the reference contact.
     pub fn path_near_teeth(&self, pitches: f64, positions: usize) -> Option<ContactPath> {
         let first = self.first_contact().filter(|c| self.is_near_teeth(c))?;
-        Some(self.path(first, pitches, positions))
+        let path = self.path(first, pitches, positions);
+        (0..2)
+            .all(|member| self.has_flank(member, &path.reference))
+            .then_some(path)
+    }
+
+    /// Whether no undercut removes the flank of a member at a contact.
+    fn has_flank(&self, member: usize, contact: &ContactPoint) -> bool {
+        let at = std::array::from_fn(|j| contact.unknowns[3 * member + j]);
+        let point = self.flanks[member].envelope.point(at);
+        point.is_some_and(|point| !is_cut_away(&point))
     }
 
     /// Whether a contact lies within a tooth depth of both teeth: beyond that it belongs to another branch of the flanks.
@@ -245,15 +257,23 @@ impl FlankPair {
             .fold(tip, |most, next| if next.0 > most.0 { next } else { most })
     }
 
-    /// The contact whose ratio is that of the tooth numbers.
+    /// The contact whose ratio is that of the tooth numbers; of several the one nearest the middle of the gear's tooth.
     fn reference(&self, contacts: &[ContactPoint]) -> Option<ContactPoint> {
         let off = |c: &ContactPoint| c.ratio() - self.ratio();
         let pairs = contacts.iter().zip(contacts.iter().skip(1));
-        let mut flanks = pairs.filter(|(a, b)| a.edge.is_none() && b.edge.is_none());
-        let (a, b) = flanks.find(|(a, b)| (off(a) < 0.0) != (off(b) < 0.0))?;
-        let at = |angle: f64| self.contact(angle, linear(a, angle - a.pinion_angle));
-        let angle = sign_change([a.pinion_angle, b.pinion_angle], |x| Some(off(&at(x)?)))?;
-        at(angle)
+        let flanks = pairs.filter(|(a, b)| a.edge.is_none() && b.edge.is_none());
+        let crossings = flanks.filter(|(a, b)| (off(a) < 0.0) != (off(b) < 0.0));
+        let references = crossings.filter_map(|(a, b)| {
+            let at = |angle: f64| self.contact(angle, linear(a, angle - a.pinion_angle));
+            at(sign_change([a.pinion_angle, b.pinion_angle], |x| {
+                Some(off(&at(x)?))
+            })?)
+        });
+        let from_middle = |c: &ContactPoint| {
+            let [face, height] = self.shares(1, c).unwrap_or([f64::INFINITY; 2]);
+            f64::hypot(face - 0.5, height - 0.5)
+        };
+        references.min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)))
     }
 }
 

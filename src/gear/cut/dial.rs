@@ -7,6 +7,8 @@ use super::setting::{FlankSetup, Setting, SettingKind};
 pub enum Dial {
     /// A setting shown as it is.
     Setting(Setting),
+    /// Profile radius of a curved blade, m.
+    ProfileRadius,
     /// Eccentric angle β_e of the machine constant K, `S_r = 2 K sin(β_e/2)`, rad.
     EccentricAngle {
         /// Machine constant K, m.
@@ -38,6 +40,7 @@ impl Dial {
             (Setting::RadialDistance, Some(machine_constant)) => {
                 vec![Dial::EccentricAngle { machine_constant }]
             }
+            (Setting::ProfileCurvature, _) => vec![Dial::ProfileRadius],
             (Setting::TiltCosine | Setting::TiltSine, _) => vec![Dial::Tilt, Dial::Swivel],
             (Setting::Ratio, _) => vec![Dial::CradleOverWork],
             (setting, _) => vec![Dial::Setting(setting)],
@@ -55,13 +58,17 @@ impl Dial {
 
     /// Whether it is a dimension of the cutter.
     pub fn is_of_cutter(self) -> bool {
-        matches!(self, Dial::Setting(setting) if setting.is_of_cutter())
+        match self {
+            Dial::Setting(setting) => setting.is_of_cutter(),
+            dial => dial == Dial::ProfileRadius,
+        }
     }
 
     /// Kind of its number.
     pub fn kind(self) -> SettingKind {
         match self {
             Dial::Setting(setting) => setting.kind(),
+            Dial::ProfileRadius => SettingKind::Length,
             Dial::EccentricAngle { .. } | Dial::Tilt | Dial::Swivel => SettingKind::Angle,
             Dial::CradleOverWork => SettingKind::Ratio,
         }
@@ -71,6 +78,7 @@ impl Dial {
     pub fn value(self, setup: &FlankSetup) -> f64 {
         match self {
             Dial::Setting(setting) => setup.value(setting),
+            Dial::ProfileRadius => 1.0 / setup.value(Setting::ProfileCurvature),
             Dial::EccentricAngle { machine_constant } => {
                 2.0 * (setup.machine.radial_distance / (2.0 * machine_constant)).asin()
             }
@@ -84,6 +92,7 @@ impl Dial {
     pub fn set(self, mut setup: FlankSetup, value: f64) -> FlankSetup {
         match self {
             Dial::Setting(setting) => return setup.with(setting, value),
+            Dial::ProfileRadius => return setup.with(Setting::ProfileCurvature, 1.0 / value),
             Dial::EccentricAngle { machine_constant } => {
                 setup.machine.radial_distance = 2.0 * machine_constant * (0.5 * value).sin();
             }

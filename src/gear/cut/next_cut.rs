@@ -44,7 +44,7 @@ impl CorrectionProblem {
         let wanted: Vec<FlankSetup> = flanks
             .map(|(f, flank)| changed(&flank.setup, f, -1.0))
             .collect();
-        let setups = self.on_steps(fit, &wanted, (dials, steps), roots)?;
+        let setups = self.on_steps(fit, &wanted, dials, steps, roots)?;
         // The machine cuts the next flank with the same errors.
         let as_cut = |(f, flank): (usize, &MeasuredFlank)| MeasuredFlank {
             setup: changed(&setups[f], f, 1.0),
@@ -78,7 +78,8 @@ impl CorrectionProblem {
         &self,
         fit: &CorrectionFit,
         wanted: &[FlankSetup],
-        (dials, steps): (&[Vec<Dial>], &DialSteps),
+        dials: &[Vec<Dial>],
+        steps: &DialSteps,
         roots: &[Option<[RootPoint; 3]>],
     ) -> Result<Vec<FlankSetup>, Error> {
         let all = self.dials_of_flanks(dials);

@@ -39,17 +39,24 @@ pub(super) struct TipPass {
 /// Shares of the face of root points: toe, middle, heel.
 const FACE_SHARES: [f64; 3] = [0.0, 0.5, 1.0];
 
+/// Shares of the height at which the flank is sought over a root point, from below: an undercut flank ends above its root.
+const HEIGHT_SHARES: [f64; 3] = [0.0, 0.25, 0.5];
+
 /// Half the turn of the cradle in which the pass is sought, rad.
 const ROLL: f64 = 0.3;
 
 impl RootPoint {
-    /// Points of the root line of a flank at toe, middle and heel; none where the tip plane does not pass.
+    /// Points of the root line at toe, middle and heel, below the flank; none where the tip plane does not pass.
     pub fn of(flank: &BevelFlank) -> Option<[RootPoint; 3]> {
         let middle = flank.middle()?;
         let root_point = |face: f64| {
-            let place = flank.section.at(face, 0.0);
-            let at = flank.follow((middle, flank.section.at(0.5, 0.5)), place)?;
-            let point = flank.envelope.point(at)?.point;
+            let from = (middle, flank.section.at(0.5, 0.5));
+            let above = |height: &f64| flank.follow(from, flank.section.at(face, *height));
+            let at = HEIGHT_SHARES.iter().find_map(above)?;
+            let over = flank.envelope.point(at)?.point.coordinates;
+            let [z, radius] = flank.section.at(face, 0.0);
+            let outwards = radius / f64::hypot(over.x, over.y);
+            let point = Point::new(Vector::new(outwards * over.x, outwards * over.y, z));
             let pass = pass(&flank.envelope.motion, &point, at[2])?;
             Some(RootPoint {
                 point,

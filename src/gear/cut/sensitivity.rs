@@ -62,16 +62,15 @@ impl<'a> MachineChain<'a> {
 
     /// Displacement of the cutter's point at s, θ by a unit of a setting, in the work.
     pub fn displacement(&self, setting: Setting, [s, theta]: [f64; 2]) -> Vector {
-        match setting {
-            Setting::PointRadius => self.of_cutter.rotate(spoke(theta)),
-            Setting::BladeAngle => {
-                let cutter = &self.setup.cutter;
-                let by = cutter.displacement_by_blade_angle(s);
-                self.of_cutter
-                    .rotate(spoke(theta) * by[0] + Vector::Z * by[1])
-            }
-            setting => self.displacement_of_plane(setting, self.point([s, theta])),
-        }
+        let cutter = &self.setup.cutter;
+        let [across, along] = match setting {
+            Setting::PointRadius => [1.0, 0.0],
+            Setting::BladeAngle => cutter.displacement_by_blade_angle(s),
+            Setting::ProfileCurvature => cutter.displacement_by_curvature(s),
+            setting => return self.displacement_of_plane(setting, self.point([s, theta])),
+        };
+        self.of_cutter
+            .rotate(spoke(theta) * across + Vector::Z * along)
     }
 
     /// Displacement at a point r of the cutter's tip plane by a unit of a setting, in the work; dimensions of the blade leave the plane.
@@ -79,7 +78,7 @@ impl<'a> MachineChain<'a> {
         let (m, h, x) = (&self.setup.machine, self.hand, self.turn);
         let about_work = Vector::Z.cross(r);
         match setting {
-            Setting::PointRadius | Setting::BladeAngle => Vector::ZERO,
+            Setting::PointRadius | Setting::BladeAngle | Setting::ProfileCurvature => Vector::ZERO,
             Setting::RadialDistance => self.of_cradle.rotate(radial_direction(m, h)),
             Setting::CradleAngle => {
                 let (sin, cos) = m.cradle_angle.sin_cos();

@@ -14,6 +14,8 @@ pub enum Setting {
     PointRadius,
     /// Blade angle of the cutter, rad.
     BladeAngle,
+    /// Curvature of the blade's profile, 1/m.
+    ProfileCurvature,
     /// Radial distance, m.
     RadialDistance,
     /// Cradle angle, rad.
@@ -54,9 +56,10 @@ pub const SHEET_FACTORS: [f64; 4] = [2.0, 6.0, 24.0, 120.0];
 
 impl Setting {
     /// Every setting.
-    pub const ALL: [Setting; 16] = [
+    pub const ALL: [Setting; 17] = [
         Setting::PointRadius,
         Setting::BladeAngle,
+        Setting::ProfileCurvature,
         Setting::RadialDistance,
         Setting::CradleAngle,
         Setting::BlankOffset,
@@ -75,7 +78,10 @@ impl Setting {
 
     /// Whether the number belongs to the cutter and not to the machine.
     pub fn is_of_cutter(self) -> bool {
-        matches!(self, Setting::PointRadius | Setting::BladeAngle)
+        matches!(
+            self,
+            Setting::PointRadius | Setting::BladeAngle | Setting::ProfileCurvature
+        )
     }
 
     /// Whether the number exists only for work that rolls with the cradle.
@@ -86,10 +92,11 @@ impl Setting {
         )
     }
 
-    /// Kind of its number.
+    /// Kind of the number that its dial shows: a profile has its radius there.
     pub fn kind(self) -> SettingKind {
         match self {
             Setting::PointRadius
+            | Setting::ProfileCurvature
             | Setting::RadialDistance
             | Setting::BlankOffset
             | Setting::SlidingBase
@@ -127,6 +134,7 @@ impl FlankSetup {
         match setting {
             Setting::PointRadius => self.cutter.point_radius,
             Setting::BladeAngle => self.cutter.blade_angle,
+            Setting::ProfileCurvature => self.cutter.profile_curvature,
             Setting::RadialDistance => m.radial_distance,
             Setting::CradleAngle => m.cradle_angle,
             Setting::BlankOffset => m.blank_offset,
@@ -147,6 +155,7 @@ impl FlankSetup {
         match setting {
             Setting::PointRadius => self.cutter.point_radius = value,
             Setting::BladeAngle => self.cutter.blade_angle = value,
+            Setting::ProfileCurvature => self.cutter.profile_curvature = value,
             Setting::RadialDistance => m.radial_distance = value,
             Setting::CradleAngle => m.cradle_angle = value,
             Setting::BlankOffset => m.blank_offset = value,

@@ -68,7 +68,7 @@ impl CrossedPair {
         };
         Some(TurningPair {
             members: [member(0)?, member(1)?],
-            contact: "point",
+            is_line_contact: false,
             facing: Some(path.direction),
             positions: (0..POSITIONS).filter_map(position).collect(),
         })

@@ -16,8 +16,8 @@ pub(super) const POSITIONS: u32 = 60;
 pub struct TurningPair {
     /// Worm and wheel, or pinion and gear.
     pub members: [TurningMember; 2],
-    /// `line` or `point`.
-    pub contact: &'static str,
+    /// The members touch along lines, else at points.
+    pub is_line_contact: bool,
     /// Direction out of the flank of the first member, where there is one at all contacts.
     pub facing: Option<Vector>,
     /// Contact at equal steps over one pitch.

@@ -49,7 +49,7 @@ pub(super) fn worm_and_wheel(
                 centre: Vector::X * centre_distance,
             },
         ],
-        contact: "line",
+        is_line_contact: true,
         facing: None,
         positions,
     }

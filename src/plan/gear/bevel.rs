@@ -60,6 +60,7 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         .map_err(|_| Error::new(Code::MissingKey, "the gears are not described"))?;
     let mut diagnostics = bevel_blanks::warnings(file);
     diagnostics.extend(limits.iter().map(|l| bevel_limits::warning(file, l)));
+    diagnostics.extend(bevel_blanks::of_teeth(file, &members));
     let sides = file.contact.side.flanks();
     let touching = [0, 1].map(|k| {
         let flank = members[k].flanks[sides[k]].as_ref();

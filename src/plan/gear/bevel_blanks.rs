@@ -1,8 +1,13 @@
 //! Warnings about the blanks of a bevel pair: pitch cones that do not touch, slots without width, pointed teeth of a design.
 
+use std::f64::consts::PI;
+
+use super::bevel_member::MemberResult;
+use super::bevel_quantities::mean_backlash;
 use super::hypoid_theory::gap_of_pitch_cones;
 use crate::base::error::Diagnostic;
 use crate::gear::bevel::slots::Slots;
+use crate::gear::bevel::tooth::SIDES;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 
@@ -16,6 +21,46 @@ pub(super) fn warnings(file: &BevelFile) -> Vec<Diagnostic> {
         let is_bare = |k: &usize| file.members[*k].lacks_tooth().is_some();
         let slots = Slots::of(&design);
         all.extend((0..2).filter(is_bare).flat_map(|k| of_design(&slots, k)));
+    }
+    all
+}
+
+/// Spiral angles of flank and design that differ by more are those of different gears, rad.
+const SAME_SPIRAL: f64 = 2.0 * PI / 180.0;
+
+/// Warnings about teeth that do not belong to their blanks or to each other.
+pub(super) fn of_teeth(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    let places = (0..2).flat_map(|k| (0..2).map(move |side| (k, side)));
+    for (k, side) in places {
+        let elements = members[k].flanks[side].as_ref().and_then(|f| f.elements);
+        let Some((design, elements)) = file.design.zip(elements) else {
+            continue;
+        };
+        let [of_blank, of_flank] = [design.spiral_angles[k], elements.spiral_angle].map(f64::abs);
+        if (of_blank - of_flank).abs() > SAME_SPIRAL {
+            all.push(Diagnostic {
+                code: "other-spiral",
+                message: format!(
+                    "the {} flank of the {} has a spiral angle of {:.2}° at its mean point, and its blank is designed for {:.2}°",
+                    SIDES[side],
+                    MEMBERS[k],
+                    of_flank.to_degrees(),
+                    of_blank.to_degrees()
+                ),
+                hint: Some("check spiral_angle or settings of the flank, and the spiral angle in `blank`".into()),
+            });
+        }
+    }
+    if let Some(backlash) = mean_backlash(members).filter(|backlash| *backlash < 0.0) {
+        all.push(Diagnostic {
+            code: "no-backlash",
+            message: format!(
+                "the teeth would overlap: their normal thicknesses are {:.3} mm more than the normal pitch at the mean points",
+                -1e3 * backlash
+            ),
+            hint: Some("take a smaller mean_normal_thickness".into()),
+        });
     }
     all
 }

@@ -91,7 +91,7 @@ pub fn contact(
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: "the flanks do not touch near the middle of their teeth".into(),
-            hint: Some("check hands, flanks and [assembly]; one setting more or less moves the contact off the teeth".into()),
+            hint: Some("check hands, flanks, ratios of roll and [assembly]; one wrong setting moves the contact off the teeth".into()),
         });
         return None;
     };

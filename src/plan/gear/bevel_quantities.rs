@@ -5,6 +5,7 @@ use super::geometry::{GearQuantity, Quantities, QuantityUnit};
 use super::{axodes, hypoid_theory};
 use crate::gear::bevel::iso23509::BlankPair;
 use crate::gear::bevel::slots::Slots;
+use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::bevel::virtual_gears::VirtualGears;
 use crate::scene::bevel_file::{BevelFile, BevelMember};
 
@@ -124,6 +125,9 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
         Millimetre,
         tooth(&thickness),
     );
+    if let Some(backlash) = mean_backlash(members) {
+        all.pair("mean normal backlash", "j_mn", Millimetre, backlash);
+    }
     all.each(
         "least top land",
         "s_an",
@@ -145,6 +149,15 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
     }
     axodes::quantities(&hypoid_theory::axes(file), &mut all);
     all.0
+}
+
+/// Normal backlash of both teeth at their mean points, `p_mn − s_mn1 − s_mn2` with the pitch of the gear, m; none without both teeth.
+pub(super) fn mean_backlash(members: &[MemberResult; 2]) -> Option<f64> {
+    let [Some(pinion), Some(gear)] = members.each_ref().map(|m| m.tooth.as_ref()) else {
+        return None;
+    };
+    let thicknesses = [pinion, gear].map(BevelTooth::mean_normal_thickness);
+    Some(gear.mean_normal_pitch() - thicknesses[0] - thicknesses[1])
 }
 
 /// Spiral angles, slots and top lands at toe and heel; slots of face-milled pairs.

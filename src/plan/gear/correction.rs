@@ -7,7 +7,7 @@ use super::measured_nodes::{measured, sides};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
-use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::source_span::SourceFile;
 use crate::base::text::pluralise;
 use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::tooth::SIDES;
@@ -23,7 +23,7 @@ use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 use crate::scene::correction_study::{CorrectionStudy, setting_name};
-use crate::scene::machine_settings::{FlankCut, Process};
+use crate::scene::machine_settings::FlankCut;
 use crate::scene::measured_grid::MeasuredGrid;
 
 /// Settings for the next cut of a measured gear.
@@ -70,13 +70,15 @@ pub struct ContactChange {
     pub next: Option<BevelContact>,
 }
 
-/// Reach of a setting: the unit in which changes are weighed against each other, 10′, 0.1 mm, a hundredth of the ratio of roll.
+/// Reach of a setting: the unit in which changes are weighed against each other, 10′, 0.1 mm, a hundredth of the ratio of roll, and 1/m of
+/// the curvature of a profile, 4.5 µm at 3 mm from its profile height.
 fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
     use crate::gear::cut::setting::SettingKind::{Angle, Length, Ratio};
     /// Of the coefficients 2C, 6D, 24E, 120F: each turns the work alike at the ends of the roll.
     const MODIFIED_ROLL: [f64; 4] = [1e-2, 1e-1, 1.0, 10.0];
     match (setting, setting.kind()) {
         (Setting::ModifiedRoll(k), _) => MODIFIED_ROLL[k],
+        (Setting::ProfileCurvature, _) => 1.0,
         (_, Length) => 1e-4,
         (_, Angle) => std::f64::consts::PI / 1080.0,
         (_, Ratio) => 1e-2 * setup.value(Setting::Ratio),
@@ -84,22 +86,41 @@ fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
 }
 
 impl CorrectionStudy {
-    /// Settings that may be changed of a member cut by a process.
+    /// Settings that may be changed of the flanks of a member.
     ///
     /// # Errors
-    /// Settings that the process does not have, at the member.
+    /// Settings that the process or a straight blade does not have, at the member.
     pub(super) fn settings_for(
         &self,
-        process: Process,
+        file: &BevelFile,
         member: usize,
-        span: &SourceSpan,
+        sides: &[usize],
     ) -> Result<Vec<Setting>, Error> {
-        self.settings_of(process).map_err(|name| {
-            let message = format!("the {} is formate and has no `{name}`", MEMBERS[member]);
+        let of = &file.members[member];
+        let conflict = |message: String, hint: &str| {
             Error::new(Code::Conflict, message)
-                .with_span(span)
-                .with_hint("leave it out of `settings`")
-        })
+                .with_span(&of.span)
+                .with_hint(hint)
+        };
+        let settings = self.settings_of(of.process).map_err(|name| {
+            let message = format!("the {} is formate and has no `{name}`", MEMBERS[member]);
+            conflict(message, "leave it out of `settings`")
+        })?;
+        let is_straight = |side: &&usize| {
+            of.flanks[**side].is_some_and(|cut| cut.cutter.profile_curvature == 0.0)
+        };
+        let straight = (sides.iter().find(is_straight))
+            .filter(|_| settings.contains(&Setting::ProfileCurvature));
+        match straight {
+            None => Ok(settings),
+            Some(side) => Err(conflict(
+                format!(
+                    "the {} flank of the {} is cut by a straight blade, which has no `profile_radius`",
+                    SIDES[*side], MEMBERS[member]
+                ),
+                "give the blade a large `profile_radius` and its `profile_height`, or leave it out of `settings`",
+            )),
+        }
     }
 }
 
@@ -114,8 +135,8 @@ pub fn run(
 ) -> Result<CorrectionResult, Error> {
     let member = study.member.index();
     let of = &file.members[member];
-    let settings = study.settings_for(of.process, member, &of.span)?;
     let sides = sides(file, study, grid)?;
+    let settings = study.settings_for(file, member, &sides)?;
     let cuts: Vec<&FlankCut> = sides
         .iter()
         .filter_map(|side| of.flanks[*side].as_ref())
@@ -320,7 +341,7 @@ fn large_change(problem: &CorrectionProblem, fit: &CorrectionFit) -> Option<Diag
     Some(Diagnostic {
         code: "large-change",
         message: format!(
-            "`{}` would change by {:.0} times 10′, 0.1 mm or 1 % of the ratio of roll: more than errors of a machine explain",
+            "`{}` would change by {:.0} times 10′, 0.1 mm, 1 % of the ratio of roll or 1/m of the curvature of a profile: more than errors of a machine explain",
             setting_name(worst.0),
             worst.1
         ),

@@ -38,7 +38,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         );
         return Err(Error::new(Code::OutOfRange, message)
             .with_span(&file.span)
-            .with_hint("increase tip_diameter, or reduce centre_distance"));
+            .with_hint("check hands and shaft_angle (helix angles of one hand add up to it, those of opposite hands subtract), increase tip_diameter, or reduce centre_distance"));
     }
     let backlash = pair.normal_backlash();
     let pitch_place = pair.pitch_place(&path);

@@ -64,7 +64,7 @@ pub fn of_flank(
         }
         if let (Some(readings), Some(history)) = (&file.history, &study.history) {
             let turns = turns_of(history.target, roll.work_over_cradle, feed);
-            let law = of_history(file, history, readings, (turns, grid))?;
+            let law = of_history(file, history, readings, turns, grid)?;
             errors.push((
                 format!("history of the {}", history.target.name()),
                 history.target,
@@ -140,7 +140,8 @@ fn of_history(
     file: &CutFile,
     history: &SpindleHistory,
     [times, angles]: &[Vec<f64>; 2],
-    (turns, grid): (f64, &FlankGrid),
+    turns: f64,
+    grid: &FlankGrid,
 ) -> Result<AngleError, Error> {
     let speed = file.study.cradle_speed.unwrap_or_default();
     let duration = times[times.len() - 1] - times[0];

@@ -52,9 +52,18 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
     let profile = axis.disk_profile(&helicoid, &radii);
     let mut diagnostics = Vec::new();
     if sections.len() < radii.len() {
-        diagnostics.push(not_reached(&sections, file.radii));
+        let reached = |radius| section(thread, &helicoid, involute.as_ref(), radius).is_some();
+        diagnostics.push(not_reached(&radii, reached));
     } else if profile.len() < radii.len() {
-        diagnostics.push(no_contact(&profile));
+        let from = |radius: f64| {
+            let apart = |p: &DiskPoint| (p.distance - radius).abs();
+            profile.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
+        };
+        let touched = |radius: f64| {
+            let both = |near: &DiskPoint| axis.disk_profile(&helicoid, &[near.distance, radius]);
+            from(radius).is_some_and(|near| both(near).len() == 2)
+        };
+        diagnostics.push(no_contact(&radii, touched));
     }
     if let Some(cut) = axis.interference(&helicoid, file.radii, SLIGHT * thread.module) {
         diagnostics.push(Diagnostic {
@@ -132,6 +141,9 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
                 1e6 * of_involute.unwrap_or(f64::NAN),
             ])
         }));
+        if regrinding.len() < sections.len() {
+            diagnostics.push(reground_short(&radii, |radius| other.at(radius).is_some()));
+        }
         let column = |k: usize| regrinding.iter().map(|row: &[f64; 3]| row[k]).collect();
         deviations.push(("reground".to_string(), column(2), column(0)));
     }
@@ -254,31 +266,65 @@ fn normal_deviation(
     Some((flank.at(radius)?.height - from.at(radius)?.height) * normal)
 }
 
-fn not_reached(sections: &[[f64; 7]], radii: [f64; 2]) -> Diagnostic {
-    let least = sections
-        .iter()
-        .map(|row| row[0])
-        .fold(f64::INFINITY, f64::min);
+/// Least and greatest of rising radii that are `reached`, m, by bisection towards their neighbours that are not.
+fn reached_range(radii: &[f64], reached: impl Fn(f64) -> bool) -> [f64; 2] {
+    const BISECTIONS: usize = 40;
+    let is_in: Vec<bool> = radii.iter().map(|radius| reached(*radius)).collect();
+    let first = is_in.iter().position(|is_in| *is_in).unwrap_or(0);
+    let last = is_in.iter().rposition(|is_in| *is_in).unwrap_or(first);
+    let ends = [
+        (first, first.checked_sub(1)),
+        (last, (last + 1 < radii.len()).then_some(last + 1)),
+    ];
+    ends.map(|(here, beyond)| {
+        let (mut inside, mut outside) = (radii[here], radii[beyond.unwrap_or(here)]);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (inside + outside);
+            match reached(middle) {
+                true => inside = middle,
+                false => outside = middle,
+            }
+        }
+        inside
+    })
+}
+
+fn not_reached(radii: &[f64], reached: impl Fn(f64) -> bool) -> Diagnostic {
+    let [least, _] = reached_range(radii, reached);
     Diagnostic {
         code: "undercut",
         message: format!(
-            "the flank does not reach below a radius of {least:.3} mm; the thread goes down to {:.3} mm",
+            "the flank does not reach below a radius of {:.3} mm; the thread goes down to {:.3} mm",
+            1e3 * least,
             1e3 * radii[0]
         ),
         hint: Some("take fewer starts, a larger pressure angle or a larger root_diameter".into()),
     }
 }
 
-fn no_contact(profile: &[DiskPoint]) -> Diagnostic {
-    let radii = || profile.iter().map(|p| 1e3 * p.distance);
+fn no_contact(radii: &[f64], touched: impl Fn(f64) -> bool) -> Diagnostic {
+    let [least, greatest] = reached_range(radii, touched);
     Diagnostic {
         code: "no-contact",
         message: format!(
             "the tool touches the flank between radii of {:.3} and {:.3} mm only",
-            radii().fold(f64::INFINITY, f64::min),
-            radii().fold(0.0, f64::max)
+            1e3 * least,
+            1e3 * greatest
         ),
         hint: Some("take an axis angle nearer the lead angle of the middle of the flank, or a smaller tool".into()),
+    }
+}
+
+fn reground_short(radii: &[f64], ground: impl Fn(f64) -> bool) -> Diagnostic {
+    let [least, greatest] = reached_range(radii, ground);
+    Diagnostic {
+        code: "undercut",
+        message: format!(
+            "the dressed wheel grinds radii between {:.3} and {:.3} mm only",
+            1e3 * least,
+            1e3 * greatest
+        ),
+        hint: Some("take a reground_radius nearer the radius of the tool".into()),
     }
 }
 

@@ -36,10 +36,10 @@ pub fn run(
             .with_hint("omit --member"));
     }
     let of = &file.members[0];
-    let settings = study.settings_for(of.process, 0, &of.span)?;
     let side = study
         .flank
         .map_or(file.contact.side.flanks()[0], |flank| flank.index());
+    let settings = study.settings_for(file, 0, &[side])?;
     let missing = |member: usize, side: usize| {
         let message = format!(
             "the {} flank of the {} is not described",
@@ -84,7 +84,7 @@ pub fn run(
     let at_target = |error: Error| error.with_span(&wanted.span);
     let fit = problem.solve().map_err(at_target)?;
     let dials = vec![dials(&settings, cut)];
-    let next = problem.on_steps(&fit, &fit.setups, (&dials, &study.steps), &[roots]);
+    let next = problem.on_steps(&fit, &fit.setups, &dials, &study.steps, &[roots]);
     let next = next.map_err(at_target)?[0];
     if next.flank(file.hand, of.section).middle().is_none() {
         let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";

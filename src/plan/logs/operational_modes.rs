@@ -22,6 +22,7 @@ use crate::identify::operational::harmonics::RunningSpeed;
 use crate::identify::operational::realisation::Weighting;
 use crate::identify::operational::response_channels::ResponseChannels;
 use crate::identify::operational::sines::take_out_constant;
+use crate::identify::operational::spacing::HarmonicSeries;
 use crate::identify::operational::ssi;
 use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
@@ -96,7 +97,17 @@ pub fn identify_operational(
     let on_series: Vec<IdentifiedMode>;
     (on_series, found.modes) =
         (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, &orders));
-    found.diagnostics.extend(series_warning(&evenly));
+    // A stated speed whose orders they are explains a series.
+    let is_order = |s: &&HarmonicSeries| {
+        study.speed_hz.is_some_and(|speed| {
+            let order = s.spacing_hz / speed;
+            (order - order.round().max(1.0)).abs() <= SPEED_TOLERANCE * order
+        })
+    };
+    let unexplained = evenly.iter().find(|s| !is_order(s));
+    found
+        .diagnostics
+        .extend(unexplained.and_then(series_warning));
     let mut poles;
     (found.modes, poles) = split_harmonics(found.modes);
     let of_series = "a narrow pole in a series of evenly spaced sines";

@@ -52,15 +52,14 @@ pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, orders: &SpeedOrders
 }
 
 /// Says which sines are evenly spaced.
-pub fn series_warning(all: &[HarmonicSeries]) -> Option<Diagnostic> {
-    let longest = all.first()?;
-    let (first, last) = (longest.lines_hz.first()?, longest.lines_hz.last()?);
+pub fn series_warning(series: &HarmonicSeries) -> Option<Diagnostic> {
+    let (first, last) = (series.lines_hz.first()?, series.lines_hz.last()?);
     Some(Diagnostic {
         code: "evenly-spaced",
         message: format!(
             "{} sines from {first:.4} to {last:.4} Hz are {:.4} Hz apart, as harmonics of a shaft or sidebands of a mesh are; a narrow pole in their series is listed with them",
-            longest.lines_hz.len(),
-            longest.spacing_hz
+            series.lines_hz.len(),
+            series.spacing_hz
         ),
         hint: Some(
             "state the speed: --speed; or repeat at another speed: a mode stays where it is"

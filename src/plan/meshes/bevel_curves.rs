@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::curves::{FlankCycle, InterpolationError, MeshCurves, mean, scaled};
+use super::curves::{InterpolationError, MeshCurves, mean, scaled};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::load::load_table::LoadTable;
@@ -14,27 +14,21 @@ use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear::bevel_member;
 use crate::plan::gear::bevel_mesh::LoadedPair;
+use crate::scene::bevel_file::ContactSide;
 use crate::scene::bevel_mesh::BevelMesh;
+use crate::scene::laws::{Hand, Waveform};
 use crate::scene::model::{MeshFlanks, MeshSprings, StiffnessVariation};
 
 /// Torques of the range closer than this, relative, to that of the mesh give way to it: the table has no piece so short.
 const SAME_TORQUE: f64 = 0.01;
 
-/// The mesh at a torque of the pinion, N·m above zero, on its drive or its coast flanks.
+/// The mesh at the size of a torque of the pinion, N·m, that is above zero or `is_coast`.
 ///
 /// # Errors
-/// Flanks that the file does not ask for; as [`LoadedPair::mesh`].
+/// A torque that the flanks of the file do not carry; as [`LoadedPair::mesh`].
 pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurves, Error> {
-    let side = ["drive", "coast"];
-    let wanted = side[usize::from(is_coast)];
-    if mesh.is_coast() != is_coast {
-        let message = format!(
-            "the mean loads carry the {wanted} flanks, and the file describes the contact of its {} flanks",
-            side[usize::from(mesh.is_coast())]
-        );
-        return Err(Error::new(Code::Conflict, message).with_hint(format!(
-            "set `side = \"{wanted}\"` in [contact] of the gear file, or turn the loads round"
-        )));
+    if mesh.is_backward != is_coast {
+        return Err(other_flanks(mesh));
     }
     let file = &mesh.bevel;
     let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
@@ -50,27 +44,19 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
     let secant = scaled(&cycle.of(|p| p.secant), to_newton_per_metre);
     let stiffness = mean(&scaled(&cycle.of(|p| p.tangent), to_newton_per_metre));
     let given_way = torque / mesh.levers[0] / stiffness;
-    let flank = FlankCycle {
-        is_forward: mesh.is_forward,
-        phase: 0.0,
-    };
     let table = LoadTable::of(&result.mesh).map(|table| {
-        let table = table.scaled((lever * stiffness).recip(), lever);
-        MeshSprings::LoadTable(Arc::new(match mesh.is_forward {
-            true => table,
-            false => table.reversed(),
-        }))
+        MeshSprings::LoadTable(Arc::new(table.scaled((lever * stiffness).recip(), lever)))
     });
     Ok(MeshCurves {
         stiffness,
         wave: StiffnessVariation {
-            waveform: flank.table(scaled(&secant, stiffness.recip())),
-            phase: flank.phase,
+            waveform: Waveform::Table(scaled(&secant, stiffness.recip())),
+            phase: 0.0,
         },
         flanks: MeshFlanks {
-            unloaded_te: flank.table(scaled(&result.mesh.unloaded_te, lever)),
-            averaged_te: flank.table(te.iter().map(|e| e + given_way).collect()),
-            phase: flank.phase,
+            unloaded_te: Waveform::Table(scaled(&result.mesh.unloaded_te, lever)),
+            averaged_te: Waveform::Table(te.iter().map(|e| e + given_way).collect()),
+            phase: 0.0,
             is_coast,
             springs: table,
         },
@@ -78,6 +64,31 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
         interpolation: InterpolationError::of(&te, &secant),
         warnings,
     })
+}
+
+/// The error of mean loads that press the other flanks than those of the file.
+fn other_flanks(mesh: &BevelMesh) -> Error {
+    let [here, other] = match mesh.bevel.contact.side {
+        ContactSide::Drive => [ContactSide::Drive, ContactSide::Coast],
+        ContactSide::Coast => [ContactSide::Coast, ContactSide::Drive],
+    };
+    let hand = match mesh.hand {
+        Hand::Right => "right",
+        Hand::Left => "left",
+    };
+    let [carried, pressed] = match mesh.is_backward {
+        true => ["below", "above"],
+        false => ["above", "below"],
+    };
+    let message = format!(
+        "the mean loads put a torque {pressed} zero on the {hand}-hand pinion, which its {} flanks carry; the file describes the contact of its {} flanks, which carry a torque {carried} zero",
+        other.name(),
+        here.name()
+    );
+    Error::new(Code::Conflict, message).with_hint(format!(
+        "turn loads and speeds round, or set `side = \"{}\"` in [contact] of the gear file",
+        other.name()
+    ))
 }
 
 /// The torque of the mesh and, where the file has several, as many from the first to the last, rising: in equal ratios, since the stiffness

@@ -3,6 +3,7 @@
 use super::curves::{InterpolationError, MeshCurves};
 use crate::base::quantity::format_number;
 use crate::gear::load::load_table::{LoadInterpolation, LoadTable};
+use crate::scene::bevel_file::ContactSide;
 use crate::scene::model::MeshSprings;
 use crate::scene::pair_mesh::PairMesh;
 
@@ -15,16 +16,16 @@ pub fn unloaded_row(mesh: &PairMesh) -> String {
         PairMesh::Bevel(mesh) => format!(
             "directions at the reference contact, unloaded transmission error {} µm peak to peak{}; stiffness of the model, since no load is stated and the file has no torque",
             format_number(1e6 * mesh.peak_to_peak),
-            if mesh.is_coast() {
-                " on coast flanks"
-            } else {
-                ""
-            },
+            coast_words(mesh.bevel.contact.side == ContactSide::Coast),
         ),
     }
 }
 
-/// A mesh under its torque at the pinion, N·m, below zero on the coast flanks, in words.
+fn coast_words(is_coast: bool) -> &'static str {
+    if is_coast { " on coast flanks" } else { "" }
+}
+
+/// A mesh under its torque at the pinion, N·m, in words; cylindrical gears carry a torque below zero on their coast flanks.
 pub fn loaded_row(mesh: &PairMesh, torque: f64, curves: &MeshCurves) -> String {
     let springs = match (&curves.flanks.springs, mesh) {
         (Some(MeshSprings::ToothPairs(pairs)), _) => {
@@ -44,7 +45,10 @@ pub fn loaded_row(mesh: &PairMesh, torque: f64, curves: &MeshCurves) -> String {
     format!(
         "at {} N·m of the pinion{}: along the normal of the teeth mean tangent k {} N/µm, transmission error {} µm peak to peak, {springs}; straight lines between {positions} positions are off by at most {} µm and {} % of k",
         format_number(torque.abs()),
-        if torque < 0.0 { " on coast flanks" } else { "" },
+        coast_words(match mesh {
+            PairMesh::Cylindrical(_) => torque < 0.0,
+            PairMesh::Bevel(mesh) => mesh.bevel.contact.side == ContactSide::Coast,
+        }),
         format_number(1e-6 * curves.stiffness),
         format_number(1e6 * curves.peak_to_peak),
         format_number(1e6 * te),

@@ -120,24 +120,25 @@ pub fn select_outputs(
                         }
                     }
                 }
-                // Tooth pairs together: of the gears' motion against each other, of all forces.
-                signals::OutputSignal::Force(branch) if model.branches[branch].len() > 2 => {
-                    match deflection {
-                        true => {
-                            let apart = LinearCombination {
-                                terms: machine.branches[branch].direction.entries().collect(),
-                                imposed: None,
-                            };
-                            let place = apart.substitute(&model.dofs);
-                            let place = place.ok_or_else(|| no_state_error(name))?;
-                            OutputQuantity::Position(push_row(&place, &mut outputs))
-                        }
-                        false => {
-                            let pairs = model.branches[branch].iter();
-                            outputs.sums.push(pairs.map(|&at| (at, 1.0)).collect());
-                            OutputQuantity::Forces(outputs.sums.len() - 1)
-                        }
-                    }
+                // Tooth pairs together: the gears' motion against each other.
+                signals::OutputSignal::Force(branch)
+                    if deflection && model.branches[branch].len() > 2 =>
+                {
+                    let apart = LinearCombination {
+                        terms: machine.branches[branch].direction.entries().collect(),
+                        imposed: None,
+                    };
+                    let place = apart.substitute(&model.dofs);
+                    let place = place.ok_or_else(|| no_state_error(name))?;
+                    OutputQuantity::Position(push_row(&place, &mut outputs))
+                }
+                // The forces of all flanks or tooth pairs.
+                signals::OutputSignal::Force(branch)
+                    if !deflection && model.branches[branch].len() > 1 =>
+                {
+                    let flanks = model.branches[branch].iter();
+                    outputs.sums.push(flanks.map(|&at| (at, 1.0)).collect());
+                    OutputQuantity::Forces(outputs.sums.len() - 1)
                 }
                 signals::OutputSignal::Force(branch) => {
                     match (model.branches[branch].first(), &model.springs[branch]) {

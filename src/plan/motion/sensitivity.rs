@@ -45,6 +45,9 @@ const SAMPLES_PER_WINDOW: usize = 20;
 /// A sample has parted where it differs by this share of the range of the output: two digits no longer hold.
 const DIVERGED_SAMPLE_SHARE: f64 = 0.01;
 
+/// Nor has a sample parted that differs by less than this share of the largest value: an output without range is constant.
+const CONSTANT_SHARE: f64 = 1e-7;
+
 /// A part of the time is not predicted where more than this share of its samples has parted: fewer are jumps a little earlier or later.
 const MAX_DIVERGED_SHARE: f64 = 0.05;
 
@@ -331,7 +334,9 @@ struct Parting {
 
 impl Parting {
     fn of(time: &[f64], a: &[f64], b: &[f64]) -> Parting {
-        let limit = DIVERGED_SAMPLE_SHARE * peak_to_peak(a).max(peak_to_peak(b));
+        let size = a.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let range = peak_to_peak(a).max(peak_to_peak(b));
+        let limit = (DIVERGED_SAMPLE_SHARE * range).max(CONSTANT_SHARE * size);
         let windows = (a.len() / SAMPLES_PER_WINDOW).clamp(1, MAX_WINDOWS);
         let long = a.len().div_ceil(windows).max(1);
         let lost = a.chunks(long).zip(b.chunks(long)).map(|(a, b)| {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::method_choice::{self, ResponseMethodChoice};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
-use crate::base::quantity::format_duration;
+use crate::base::quantity::{format_duration, quotient_unit};
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
 use crate::numeric::Complex;
@@ -302,13 +302,4 @@ fn convert_motion(port: &mut Port<ResponseOutput>, shown: Option<ResponseQuantit
         false => ["m", "m/s", "m/s²"],
     };
     (*times, port.unit) = (order, units[usize::from(order)]);
-}
-
-/// One unit per another.
-pub fn quotient_unit(output: &str, input: &str) -> String {
-    match (output == input, input.contains(['·', '/'])) {
-        (true, _) => "1".to_string(),
-        (false, true) => format!("{output}/({input})"),
-        (false, false) => format!("{output}/{input}"),
-    }
 }

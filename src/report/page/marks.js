@@ -230,12 +230,29 @@ function drawNames(plot, ctx) {
     place(short, x, Math.max(y + side * 11 * devicePixelRatio, top + 8 * devicePixelRatio), "center", "--text");
   }
   if (!plot.at_end) return;
-  for (const curve of plot.curves) if (curve.name) {
-    for (let i = curve.x.length - 1; i >= 0; i--) if (inside(curve.x[i], curve.y[i])) {
-      const [x, y] = [plot.toX(curve.x[i]), plot.toY(curve.y[i])];
-      const offsets = x > plot.u.bbox.left + plot.u.bbox.width - 9 * devicePixelRatio ? [0, -12, 12, -24, 24, -36, 36] : [-9, 9, -22, 22, -35];
-      offsets.some((up) => place(curve.name, x + 6 * devicePixelRatio, y + up * devicePixelRatio, "left", "--series-" + curve.ink));
-      break;
-    }
+  const dpr = devicePixelRatio, right = plot.u.bbox.left + plot.u.bbox.width - 9 * dpr;
+  const end = (curve) => {
+    for (let i = curve.x.length - 1; i >= 0; i--) if (inside(curve.x[i], curve.y[i])) return { curve, x: plot.toX(curve.x[i]), y: plot.toY(curve.y[i]) };
+  };
+  const ends = plot.curves.filter((c) => c.name).map(end).filter(Boolean);
+  // Names at the right edge keep the order of their curves; where there is no room for all, those nearest to another are left out.
+  const row = 13 * dpr, edge = ends.filter((e) => e.x > right).sort((a, b) => a.y - b.y);
+  while (edge.length * row > height) {
+    const gaps = edge.map((e, k) => (k ? e.y - edge[k - 1].y : Infinity));
+    edge.splice(gaps.indexOf(Math.min(...gaps)), 1);
   }
+  edge.forEach((e, k) => (e.at = Math.max(e.y, k ? edge[k - 1].at + row : top + 0.5 * row)));
+  for (let k = edge.length - 1; k >= 0; k--) edge[k].at = Math.min(edge[k].at, k + 1 < edge.length ? edge[k + 1].at - row : top + height - 0.5 * row);
+  for (const { curve, x, y, at } of edge) {
+    const [name, from, to] = [curve.name, x + 3 * dpr, x + 16 * dpr];
+    const moved = Math.abs(at - y) > 3 * dpr;
+    if (!place(name, moved ? to + 2 * dpr : x + 6 * dpr, at, "left", "--series-" + curve.ink) || !moved) continue;
+    ctx.strokeStyle = plot.ink(curve);
+    ctx.lineWidth = dpr;
+    ctx.beginPath();
+    ctx.moveTo(from, y);
+    ctx.lineTo(to, at);
+    ctx.stroke();
+  }
+  for (const { curve, x, y } of ends) if (x <= right) [-9, 9, -22, 22, -35].some((up) => place(curve.name, x + 6 * dpr, y + up * dpr, "left", "--series-" + curve.ink));
 }

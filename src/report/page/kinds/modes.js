@@ -221,7 +221,6 @@ G.kind("modes", (data, host) => {
   });
   canvas.addEventListener("mouseleave", (event) => G.tip("", event));
 
-  const first = modes.findIndex((m) => !m.rigid);
   const caption = (k) => {
     shape = take(k);
     const m = modes[k];
@@ -229,5 +228,5 @@ G.kind("modes", (data, host) => {
     const divided = train.nodes[0].ratio === null ? "" : ` Rotations divided by the ratio to ${train.nodes[0].name}.`;
     return `Mode ${m.mode}${m.frequency_hz === null ? "" : `, ${G.number(m.frequency_hz)} Hz`}${m.rigid ? ", rigid body" : ""}: blue turns forwards while orange turns backwards, links thick by their share of the strain energy.${divided}${ratio}`;
   };
-  choose(first, caption, [["highest strain energy", (m) => m.dominant]]);
+  choose(data.first, caption, [["dominant element", (m) => m.dominant]]);
 });
