@@ -13,6 +13,7 @@ use super::gear_train::GearTrain;
 use super::orders::CandidateOrder;
 use crate::base::error::Error;
 use crate::numeric::Complex;
+use crate::numeric::statistics::peak_to_peak;
 use crate::spectrum::kaiser_fir::sinc;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 use crate::te_record::single_flank::SingleFlankRecord;
@@ -59,8 +60,8 @@ pub struct FittedDeviations {
 /// Extremes are missed by no more than this share of what the cells lose.
 const MAX_EXTREME_ERROR: f64 = 0.1;
 
-/// Maximum number of samples of a record between its cells; in longer records extremes are missed by more, which is reported.
-const MAX_SAMPLES: usize = 1 << 22;
+/// Maximum number of samples of a record between its cells; in longer records extremes between the cells may be missed.
+const MAX_SAMPLES: usize = 1 << 21;
 
 /// Ranges over the most whole hunting cycles of the flank, or over whole turns where it holds none; `error` is what the cells may lose of
 /// an order, relative.
@@ -90,11 +91,11 @@ pub fn composite_deviations(
     let bend = sizes().map(|(a, o)| a * (TAU * o).powi(2)).sum::<f64>()
         / (8.0 * (signal.samples_per_rev as f64).powi(2));
     let wanted = (bend / (MAX_EXTREME_ERROR * error * sum)).sqrt().ceil();
-    let parts = (if wanted.is_finite() { wanted } else { 1.0 } as usize)
-        .min(MAX_SAMPLES / count.max(1))
-        .max(1);
-    let missed = 2.0 * bend / (parts as f64).powi(2);
-    let waves = |weight: &dyn Fn(f64) -> f64| {
+    let wanted = if wanted.is_finite() { wanted } else { 1.0 } as usize;
+    // Samples a cell, as far as the room allows.
+    let parts_of = |cells: usize| wanted.min(MAX_SAMPLES / cells.max(1)).max(1);
+    let parts = parts_of(count);
+    let waves = |weight: &dyn Fn(f64) -> f64, cells: usize, parts: usize| {
         let (orders, waves): (Vec<CandidateOrder>, Vec<Complex>) =
             (orders.iter().zip(&fitted.waves))
                 .map(|(o, w)| (o.clone(), *w * weight(o.value)))
@@ -103,7 +104,7 @@ pub fn composite_deviations(
         let mut fine = AngularSignal {
             samples_per_rev: signal.samples_per_rev * parts,
             first: signal.first * parts as i64,
-            values: vec![0.0; count * parts],
+            values: vec![0.0; cells * parts],
         };
         add(&mut fine, &orders, &waves);
         fine.values
@@ -115,14 +116,20 @@ pub fn composite_deviations(
             .get(count)
             .unwrap_or(&fitted.residual[count - 1]),
     };
-    let of = |values: &[f64]| -> Result<(f64, WindowedRanges), Error> {
-        let record = SingleFlankRecord::new(values, turns, last, closed)?;
-        Ok((record.total_deviation(), record.ranges_per_pitch()))
-    };
     let rest = SingleFlankRecord::new(&fitted.residual[..count], turns, last, closed)?;
 
-    let mut values = waves(&|_| 1.0);
-    let record = SingleFlankRecord::new(&values, turns, last, closed)?;
+    // Of orders that repeat with the hunting cycle one cycle says all.
+    let cycle = teeth.hunting_turns();
+    let repeat = |o: &CandidateOrder| (&o.fraction * &cycle).is_integer();
+    let turns_of_orders = match closed && orders.iter().all(repeat) {
+        true => hunting.round() as usize,
+        false => turns,
+    };
+    let cells = turns_of_orders * signal.samples_per_rev;
+    let parts_of_orders = parts_of(cells);
+    let missed = 2.0 * bend / (parts_of_orders as f64).powi(2);
+    let values = waves(&|_| 1.0, cells, parts_of_orders);
+    let record = SingleFlankRecord::new(&values, turns_of_orders, last, closed)?;
     let of_orders = FittedDeviations {
         total: record.total_deviation(),
         per_rev: record.ranges_per_rev().sliding,
@@ -134,6 +141,8 @@ pub fn composite_deviations(
                 .map(|(a, o)| 2.0 * error * a * (PI * (o / z).min(0.5)).sin())
                 .sum::<f64>(),
     };
+
+    let mut values = waves(&|_| 1.0, count, parts);
     add_interpolated(&mut values, &fitted.residual[..count], next, parts);
     let record = SingleFlankRecord::new(&values, turns, last, closed)?;
     let (total, by_turn, by_pitch) = (
@@ -142,18 +151,21 @@ pub fn composite_deviations(
         record.ranges_per_pitch(),
     );
 
-    let split = |weight: &dyn Fn(f64) -> f64, rest: &[f64]| -> Result<_, Error> {
-        let mut long = waves(weight);
-        let end = if closed { rest[0] } else { rest[count - 1] };
-        add_interpolated(&mut long, rest, end, parts);
-        let short: Vec<f64> = values.iter().zip(&long).map(|(e, l)| e - l).collect();
-        let (range, short) = (of(&long)?.0, of(&short)?.1);
+    // The long wave in the cells, its range, and the ranges of the short one.
+    let split = |weight: &dyn Fn(f64) -> f64, mut long: Vec<f64>| -> Result<_, Error> {
+        let mut wave = waves(weight, count, parts);
+        let end = if closed { long[0] } else { long[count - 1] };
+        add_interpolated(&mut wave, &long, end, parts);
+        (long.iter_mut().zip(wave.iter().step_by(parts))).for_each(|(l, w)| *l = *w);
+        let range = peak_to_peak(&wave);
+        (wave.iter_mut().zip(&values)).for_each(|(w, e)| *w = e - *w);
+        let short = SingleFlankRecord::new(&wave, turns, last, closed)?.ranges_per_pitch();
         Ok((long, range, short))
     };
     let below = |order: f64| f64::from(u8::from(order < 0.5 * z));
-    let (long, long_range, short) = split(&below, &rest.split_by_order().long)?;
+    let (long_wave, long_range, short) = split(&below, rest.long_wave_by_order())?;
     let mean = |order: f64| sinc(order / z);
-    let (_, long_by_mean, short_by_mean) = split(&mean, &rest.split_by_pitch_average().long)?;
+    let (_, long_by_mean, short_by_mean) = split(&mean, rest.long_wave_by_pitch_average())?;
     let composite = CompositeDeviations {
         turns,
         closed,
@@ -162,7 +174,7 @@ pub fn composite_deviations(
         per_pitch: by_pitch,
         long_wave_component: (long_range, long_by_mean),
         short_wave_component: (short, short_by_mean),
-        long_wave: long.into_iter().step_by(parts).collect(),
+        long_wave,
     };
     Ok((composite, of_orders))
 }
@@ -170,9 +182,10 @@ pub fn composite_deviations(
 /// Adds the linear interpolation of cells to `parts` values a cell; `next` is the value after the last.
 fn add_interpolated(to: &mut [f64], cells: &[f64], next: f64, parts: usize) {
     let after = cells.iter().skip(1).chain(std::iter::once(&next));
-    for ((fine, a), b) in to.chunks_mut(parts).zip(cells).zip(after) {
-        for (k, x) in fine.iter_mut().enumerate() {
-            *x += a + (b - a) * (k as f64 / parts as f64);
-        }
+    for k in 0..parts {
+        let share = k as f64 / parts as f64;
+        let fine = to.iter_mut().skip(k).step_by(parts);
+        let pairs = cells.iter().zip(after.clone());
+        (fine.zip(pairs)).for_each(|(x, (a, b))| *x += a + (b - a) * share);
     }
 }

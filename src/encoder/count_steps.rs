@@ -106,20 +106,27 @@ pub fn find_steps(
     let least = (MIN_COUNT_SHARE * smallest).max(STEP_THRESHOLD * deviation);
     // Over the wide windows a step is told from noise; where it is, the narrow ones say.
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
-    windows.for_each_window(rows, scales, request.ratio, runs, |row, near, far| {
-        if far.abs() < least || far * near < 0.0 {
-            return;
-        }
-        let height = near.abs() + far.abs();
-        match found.last_mut() {
-            Some(last) if row - last.0 <= 2 * wide => {
-                if height > last.1 {
-                    *last = (row, height, far);
-                }
+    windows.for_each_step(
+        rows,
+        scales,
+        request.ratio,
+        runs,
+        least,
+        |row, near, far| {
+            if far * near < 0.0 {
+                return;
             }
-            _ => found.push((row, height, far)),
-        }
-    })?;
+            let height = near.abs() + far.abs();
+            match found.last_mut() {
+                Some(last) if row - last.0 <= 2 * wide => {
+                    if height > last.1 {
+                        *last = (row, height, far);
+                    }
+                }
+                _ => found.push((row, height, far)),
+            }
+        },
+    )?;
     sort_falling(&mut found, |a| a.1);
     found.truncate(MAX_CANDIDATES);
     found.sort_by_key(|f| f.0);
@@ -332,13 +339,14 @@ impl StepWindows {
         Ok(sizes)
     }
 
-    /// `see(row, step near, step over the wide windows)` wherever both fit into a run.
-    fn for_each_window(
+    /// `see(row, step near, step over the wide windows)` wherever both windows fit into a run and the wide ones show `least` or more.
+    fn for_each_step(
         &self,
         rows: &dyn EncoderReadings,
         scales: EncoderScales,
         ratio: f64,
         runs: &[DirectionRun],
+        least: f64,
         mut see: impl FnMut(usize, f64, f64),
     ) -> Result<(), Error> {
         // Running sums of the error, kept as far back as the windows reach.
@@ -348,18 +356,29 @@ impl StepWindows {
         let mut origin = None;
         for_each_block(rows, scales, |_, input, output| {
             let mut sum = sums.last().copied().unwrap_or(0.0);
-            for (a, b) in input.iter().zip(output) {
-                let e = b - ratio * a;
-                sum += e - *origin.get_or_insert(e);
-                sums.push(sum);
-            }
+            let origin = *origin.get_or_insert_with(|| output[0] - ratio * input[0]);
+            sums.extend(input.iter().zip(output).map(|(a, b)| {
+                sum += (b - ratio * a) - origin;
+                sum
+            }));
             let end = first + sums.len() - 1; // rows seen
             for run in runs {
                 let judged = run_inside(run, self.wide, at..end.saturating_sub(self.wide) + 1);
-                for row in judged {
-                    let s = |r: usize| sums[r - first];
-                    let step = |w: usize| (s(row + w) - 2.0 * s(row) + s(row - w)) / w as f64;
-                    see(row, step(self.narrow), step(self.wide));
+                if judged.is_empty() {
+                    continue;
+                }
+                let at = judged.start - first..judged.end - first;
+                let before = &sums[at.start - self.wide..at.end - self.wide];
+                let after = &sums[at.start + self.wide..at.end + self.wide];
+                let least = least * self.wide as f64;
+                for (i, ((a, b), c)) in before.iter().zip(&sums[at.clone()]).zip(after).enumerate()
+                {
+                    let far = a - 2.0 * b + c;
+                    if far.abs() >= least {
+                        let (i, w) = (at.start + i, self.narrow);
+                        let near = (sums[i + w] - 2.0 * sums[i] + sums[i - w]) / w as f64;
+                        see(first + i, near, far / self.wide as f64);
+                    }
                 }
             }
             at = at.max((end + 1).saturating_sub(self.wide));

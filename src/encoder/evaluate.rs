@@ -395,7 +395,8 @@ fn resample_directions(
     zero: f64,
 ) -> Result<(Vec<DirectionSignal>, Option<SpeedTrace>), Error> {
     let r = options.teeth.ratio().to_f64();
-    let turns = |x: f64| x * r / TAU - zero;
+    let unit = r / TAU;
+    let turns = |x: f64| x * unit - zero;
     let room = |forward: bool| {
         let ends = runs.iter().filter(|run| run.forward == forward);
         ends.flat_map(|run| [run.input.0, run.input.1])
@@ -405,15 +406,18 @@ fn resample_directions(
             })
     };
     // What lies next to the run's ends is no more than rows that dither.
-    let open = |forward| room(forward).map(|(a, b)| AngularResampler::new(per_turn, a, b));
-    let (mut up, mut down) = (open(true), open(false));
+    let open = |forward: bool, wanted: bool| {
+        let room = room(forward).filter(|_| wanted);
+        room.map(|(a, b)| AngularResampler::new(per_turn, a, b))
+            .transpose()
+    };
+    let (mut up, mut down) = (open(true, true)?, open(false, true)?);
     let wanted = options.input && options.rate_hz.is_some();
-    let ahead = |forward| open(forward).filter(|_| wanted);
-    let (mut up_ahead, mut down_ahead) = (ahead(true), ahead(false));
+    let (mut up_ahead, mut down_ahead) = (open(true, wanted)?, open(false, wanted)?);
     let mut paces = options
         .rate_hz
         .map(|rate| PitchTimer::new(rate, options.teeth.output_teeth()));
-    let mut values = Vec::new();
+    let (mut places, mut values) = (Vec::new(), Vec::new());
     for_each_block(rows, scales, |first, input, output| {
         let end = first + input.len();
         for run in runs {
@@ -425,6 +429,8 @@ fn resample_directions(
                 &input[low - first..high - first],
                 &output[low - first..high - first],
             );
+            places.clear();
+            places.extend(a.iter().map(|x| turns(*x)));
             values.clear();
             values.extend(a.iter().zip(b).map(|(a, b)| b - r * a));
             remove_steps(&mut values, low, lost);
@@ -433,7 +439,7 @@ fn resample_directions(
                 false => (&mut down, &mut down_ahead),
             };
             if let Some(cells) = cells {
-                cells.push(a.iter().map(|x| turns(*x)), &values);
+                cells.push(&places, &values);
             }
             if let Some(ahead) = ahead {
                 // From the run's start on, at its mean pace.
@@ -441,10 +447,10 @@ fn resample_directions(
                 let even = |row: usize| run.input.0 + pace * (row - run.rows.start) as f64;
                 values.clear();
                 values.extend((low..).zip(a).map(|(row, x)| r * (x - even(row))));
-                ahead.push(a.iter().map(|x| turns(*x)), &values);
+                ahead.push(&places, &values);
             }
             if let Some(paces) = &mut paces {
-                paces.push(low, a.iter().map(|x| turns(*x)));
+                paces.push(low, &places);
             }
         }
     })?;

@@ -5,6 +5,7 @@
 //! each other.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::orders::CandidateOrder;
 use crate::base::error::Error;
@@ -114,6 +115,31 @@ fn solve_with_inverse_diagonal(
     ))
 }
 
+/// Sums of a record over the places of a period of so many samples, the first at angle zero.
+pub fn fold(values: &[f64], first: i64, period: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; period];
+    for (part, at) in parts_by_period(values.len(), first, period) {
+        (sums[at..].iter_mut().zip(&values[part])).for_each(|(s, e)| *s += e);
+    }
+    sums
+}
+
+/// Samples of a record from one end of a period to the next, and the place in it of the first of them.
+fn parts_by_period(
+    count: usize,
+    first: i64,
+    period: usize,
+) -> impl Iterator<Item = (Range<usize>, usize)> {
+    let start = first.rem_euclid(period as i64) as usize;
+    (0..(start + count).div_ceil(period)).map(move |k| {
+        let (low, high) = (
+            (k * period).max(start),
+            ((k + 1) * period).min(start + count),
+        );
+        (low - start..high - start, low % period)
+    })
+}
+
 /// A record folded onto one period after another.
 struct FoldedRecord<'a> {
     signal: &'a AngularSignal,
@@ -145,13 +171,7 @@ impl<'a> FoldedRecord<'a> {
         };
         let at = self.folded.iter().position(|f| f.0 == period);
         let at = at.unwrap_or_else(|| {
-            let mut sums = vec![0.0; period];
-            let start = self.signal.first.rem_euclid(period as i64) as usize;
-            let (head, rest) = self.signal.values.split_at(period - start);
-            sums[start..].copy_from_slice(head);
-            for part in rest.chunks(period) {
-                sums.iter_mut().zip(part).for_each(|(s, e)| *s += e);
-            }
+            let sums = fold(&self.signal.values, self.signal.first, period);
             self.folded.push((period, sums));
             self.folded.len() - 1
         });
@@ -174,10 +194,24 @@ impl<'a> FoldedRecord<'a> {
             });
             subtract(&mut tables[at].1, wave, step, 0.0);
         }
-        for (period, table) in tables {
-            let start = self.signal.first.rem_euclid(period as i64) as usize;
-            let ring = table.iter().cycle().skip(start);
-            from.iter_mut().zip(ring).for_each(|(e, t)| *e += t);
+        // A table whose period goes into a longer one is added to that, so that the record is passed through once.
+        tables.sort_by_key(|t| t.0);
+        let mut kept: Vec<(usize, Vec<f64>)> = Vec::new();
+        for (period, table) in tables.into_iter().rev() {
+            match kept
+                .iter_mut()
+                .find(|longer| longer.0.is_multiple_of(period))
+            {
+                Some((_, sums)) => sums.chunks_mut(period).for_each(|part| {
+                    part.iter_mut().zip(&table).for_each(|(s, t)| *s += t);
+                }),
+                None => kept.push((period, table)),
+            }
+        }
+        for (period, table) in kept {
+            for (part, at) in parts_by_period(from.len(), self.signal.first, period) {
+                (from[part].iter_mut().zip(&table[at..])).for_each(|(e, t)| *e += t);
+            }
         }
     }
 }

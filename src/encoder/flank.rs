@@ -173,7 +173,7 @@ pub fn evaluate_flank(
     unexplained
         .iter_mut()
         .for_each(|u| u.nearest = nearest(search.teeth, u.order, u.order_uncertainty));
-    let mean_turns = shaft_averages(&signal, &found, &orders, search.teeth, search.input_mark)?;
+    let mean_turns = shaft_averages(&signal, &found, &orders, search.teeth, search.input_mark);
     let (composite, mut of_orders) =
         composite_deviations(&signal, &found, &orders, search.teeth, search.error)?;
     let of_input = input.map(|i| input_waves(i, &orders, search)).transpose()?;

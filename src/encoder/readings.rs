@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Rows handed on at a time.
-pub const BLOCK: usize = 1 << 12;
+pub const BLOCK: usize = 1 << 10;
 
 /// Readings of both encoders, taken at the same instants.
 pub trait EncoderReadings {

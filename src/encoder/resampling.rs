@@ -27,11 +27,20 @@ const KERNEL_HALF_WIDTH: usize = 3;
 /// Cells that the filter reaches on either side.
 const FILTER_HALF_WIDTH: usize = 16;
 
+/// Cells filtered from one quotient of sums, and at a time.
+const FILTERED: usize = 1 << 10;
+
+/// See [`FILTERED`].
+const LANES: usize = 8;
+
 /// Cells lost at either end.
 pub const EDGE_CELLS: usize = KERNEL_HALF_WIDTH + FILTER_HALF_WIDTH;
 
-/// Steps of the table to a cell; straight lines between them are off by 1e-5 of the peak.
-const TABLE_STEPS: usize = 512;
+/// Cells that a value is spread over.
+const KERNEL_WIDTH: usize = 2 * KERNEL_HALF_WIDTH;
+
+/// Degree of the polynomial that K is in each cell, off by 1e-5 of the peak.
+const KERNEL_DEGREE: usize = 5;
 
 /// A cell with less than this share of the mean weight is a hole.
 const MIN_WEIGHT: f64 = 1e-3;
@@ -42,63 +51,84 @@ pub struct AngularResampler {
     first: i64,
     /// Σ K and Σ K e.
     sums: Vec<[f64; 2]>,
-    table: Vec<[f64; 2 * KERNEL_HALF_WIDTH]>,
+    kernel: [[f64; KERNEL_DEGREE + 1]; KERNEL_HALF_WIDTH],
     within: (f64, f64),
 }
 
+/// Σ p^d and Σ p^d e of the values in one cell, by degree d; p is their place in cells from its middle.
+type CellMoments = [[f64; 2]; KERNEL_DEGREE + 1];
+
 impl AngularResampler {
     /// Room for angles from `low` to `high`, turns.
-    pub fn new(per_turn: usize, low: f64, high: f64) -> AngularResampler {
+    ///
+    /// # Errors
+    /// Those of the fit of the kernel.
+    pub fn new(per_turn: usize, low: f64, high: f64) -> Result<AngularResampler, Error> {
         let n = per_turn as f64;
         let first = (low * n).floor() as i64 - KERNEL_HALF_WIDTH as i64;
         let last = (high * n).ceil() as i64 + KERNEL_HALF_WIDTH as i64 + 1;
         let count = (last - first + 1).max(1) as usize;
-        let shape = kaiser_beta();
-        let row = |k: usize| {
-            let part = k as f64 / TABLE_STEPS as f64;
-            std::array::from_fn(|j| {
-                let distance =
-                    (part + (KERNEL_HALF_WIDTH - 1) as f64 - j as f64) / KERNEL_HALF_WIDTH as f64;
-                if distance.abs() < 1.0 {
-                    kaiser(distance, shape)
-                } else {
-                    0.0
-                }
-            })
-        };
-        AngularResampler {
+        Ok(AngularResampler {
             per_turn,
             first,
             sums: vec![[0.0; 2]; count],
-            table: (0..=TABLE_STEPS).map(row).collect(),
+            kernel: kernel_polynomials()?,
             within: (f64::INFINITY, f64::NEG_INFINITY),
-        }
+        })
     }
 
     /// Adds values at angles, turns; those outside the room are passed over.
-    pub fn push(&mut self, turns: impl Iterator<Item = f64>, values: &[f64]) {
+    ///
+    /// K is a polynomial in each cell, so that neighbouring rows in one cell are spread together by their moments.
+    pub fn push(&mut self, turns: &[f64], values: &[f64]) {
         let (n, first) = (self.per_turn as f64, self.first as f64);
         let end = self.sums.len();
-        for (x, &value) in turns.zip(values) {
+        let (mut low, mut high) = self.within;
+        // The middle of the cell that the rows before lie in.
+        let mut middle = f64::NAN;
+        let mut moments = CellMoments::default();
+        for (&x, &value) in turns.iter().zip(values) {
             let u = x * n - first;
-            // Whole cells: u is no less than REACH where it counts.
-            let cell = u as usize;
-            let from = cell + 1;
-            if cell < KERNEL_HALF_WIDTH || from + KERNEL_HALF_WIDTH > end {
-                continue;
+            if !((u - middle).abs() <= 0.5) {
+                self.spread(middle, moments);
+                moments = CellMoments::default();
+                let cell = u as usize;
+                if cell < KERNEL_HALF_WIDTH || cell + KERNEL_HALF_WIDTH >= end {
+                    middle = f64::NAN;
+                    continue;
+                }
+                middle = cell as f64 + 0.5;
             }
-            let fine = (u - cell as f64) * TABLE_STEPS as f64;
-            let at = fine as usize;
-            let part = fine - at as f64;
-            let (low, high) = (&self.table[at], &self.table[at + 1]);
-            let sums = &mut self.sums[from - KERNEL_HALF_WIDTH..from + KERNEL_HALF_WIDTH];
-            for ((low, high), [weight, sum]) in low.iter().zip(high).zip(sums) {
-                let w = low + part * (high - low);
-                *weight += w;
-                *sum += w * value;
+            let place = u - middle;
+            let mut power = [1.0, value];
+            for sum in &mut moments {
+                *sum = [sum[0] + power[0], sum[1] + power[1]];
+                power = power.map(|x| x * place);
             }
-            self.within.0 = self.within.0.min(u);
-            self.within.1 = self.within.1.max(u);
+            low = if u < low { u } else { low };
+            high = if u > high { u } else { high };
+        }
+        self.spread(middle, moments);
+        self.within = (low, high);
+    }
+
+    /// Adds the values of the cell about `middle`, if there is one, to the cells that the kernel reaches.
+    fn spread(&mut self, middle: f64, moments: CellMoments) {
+        if middle.is_nan() {
+            return;
+        }
+        let from = middle as usize + 1 - KERNEL_HALF_WIDTH;
+        let (before, after) = self.sums[from..from + KERNEL_WIDTH].split_at_mut(KERNEL_HALF_WIDTH);
+        for (j, (near, far)) in before.iter_mut().zip(after.iter_mut().rev()).enumerate() {
+            // K is even: the cell as far on the other side has the same polynomial of −p.
+            let [a, b, c, d, e, f] = self.kernel[j];
+            let [m0, m1, m2, m3, m4, m5] = moments;
+            for k in 0..2 {
+                let even = a * m0[k] + c * m2[k] + e * m4[k];
+                let odd = b * m1[k] + d * m3[k] + f * m5[k];
+                near[k] += even + odd;
+                far[k] += even - odd;
+            }
         }
     }
 
@@ -133,21 +163,33 @@ impl AngularResampler {
         if best.len() <= 2 * FILTER_HALF_WIDTH {
             return Err(empty());
         }
-        let raw: Vec<f64> = best
-            .clone()
-            .map(|m| self.sums[m][1] / self.sums[m][0])
-            .collect();
-        let value = |i: usize| {
-            let middle = filter[0] * raw[i];
-            let sides = (1..=FILTER_HALF_WIDTH).map(|j| filter[j] * (raw[i - j] + raw[i + j]));
-            middle + sides.sum::<f64>()
-        };
+        let count = best.len() - 2 * FILTER_HALF_WIDTH;
+        let first = self.first + (best.start + FILTER_HALF_WIDTH) as i64;
+        let mut values = Vec::with_capacity(count + LANES);
+        let mut raw = Vec::new();
+        for start in (0..count).step_by(FILTERED) {
+            let block = FILTERED.min(count - start).next_multiple_of(LANES);
+            let sums = &self.sums[best.start + start..];
+            raw.clear();
+            raw.extend((sums.iter().take(block + 2 * FILTER_HALF_WIDTH)).map(|s| s[1] / s[0]));
+            raw.resize(block + 2 * FILTER_HALF_WIDTH, 0.0);
+            for i in (0..block).step_by(LANES) {
+                let mut filtered = [0.0; LANES];
+                for (j, weight) in filter.iter().enumerate() {
+                    let before = &raw[i + FILTER_HALF_WIDTH - j..][..LANES];
+                    let after = &raw[i + FILTER_HALF_WIDTH + j..][..LANES];
+                    for k in 0..LANES {
+                        filtered[k] += weight * (before[k] + after[k]);
+                    }
+                }
+                values.extend(filtered);
+            }
+        }
+        values.truncate(count);
         Ok(AngularSignal {
             samples_per_rev: self.per_turn,
-            first: self.first + (best.start + FILTER_HALF_WIDTH) as i64,
-            values: (FILTER_HALF_WIDTH..raw.len() - FILTER_HALF_WIDTH)
-                .map(value)
-                .collect(),
+            first,
+            values,
         })
     }
 }
@@ -156,6 +198,20 @@ impl AngularResampler {
 fn kaiser_beta() -> f64 {
     let width = 2.0 * KERNEL_HALF_WIDTH as f64;
     PI * ((0.5 * width * 1.5).powi(2) - 0.8).sqrt()
+}
+
+/// K in the cells before that of a value and in its own, `Σ_d k_dj p^d` in cell j, p being the place of the value from the middle of its own.
+fn kernel_polynomials() -> Result<[[f64; KERNEL_DEGREE + 1]; KERNEL_HALF_WIDTH], Error> {
+    let count = KERNEL_DEGREE + 1;
+    // Chebyshev's points of half a cell on either side.
+    let place = |i: usize| 0.5 * (PI * (i as f64 + 0.5) / count as f64).cos();
+    let distance = |i: usize, j: usize| place(i) + KERNEL_HALF_WIDTH as f64 - 0.5 - j as f64;
+    let powers = Matrix::from_fn(count, count, |i, d| place(i).powi(d as i32));
+    let kernel = Matrix::from_fn(count, KERNEL_HALF_WIDTH, |i, j| {
+        kaiser(distance(i, j) / KERNEL_HALF_WIDTH as f64, kaiser_beta())
+    });
+    let x = least_squares::solve(&powers, &kernel)?;
+    Ok(std::array::from_fn(|j| std::array::from_fn(|d| x[(d, j)])))
 }
 
 /// Window gain for a wave, by cycles a cell: its Fourier transform, 1 at zero.
@@ -171,7 +227,8 @@ fn window_gain(frequency: f64) -> f64 {
     shape(frequency) / shape(0.0)
 }
 
-/// Weights of the symmetric filter that undoes [`window_gain`] up to a quarter of a cycle a cell and leaves little above three eighths.
+/// Weights of the symmetric filter that undoes [`window_gain`] up to a quarter of a cycle a cell and leaves little above three eighths; of
+/// either side, half of the middle one to each.
 fn compensation_filter() -> Result<Vec<f64>, Error> {
     const POINTS: usize = 160;
     /// Relative weight of the orders above.
@@ -183,17 +240,13 @@ fn compensation_filter() -> Result<Vec<f64>, Error> {
         .collect();
     let scale = |(f, kept): (f64, bool)| window_gain(f) * if kept { 1.0 } else { ABOVE };
     let a = Matrix::from_fn(points.len(), FILTER_HALF_WIDTH + 1, |i, j| {
-        let wave = match j {
-            0 => 1.0,
-            j => 2.0 * (2.0 * PI * points[i].0 * j as f64).cos(),
-        };
-        scale(points[i]) * wave
+        scale(points[i]) * 2.0 * (2.0 * PI * points[i].0 * j as f64).cos()
     });
     let b = Matrix::from_fn(points.len(), 1, |i, _| if points[i].1 { 1.0 } else { 0.0 });
     let x = least_squares::solve(&a, &b)?;
     let mut weights: Vec<f64> = (0..=FILTER_HALF_WIDTH).map(|j| x[(j, 0)]).collect();
     // A constant stays what it is, exactly.
-    let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+    let sum = 2.0 * weights.iter().sum::<f64>();
     weights.iter_mut().for_each(|w| *w /= sum);
     Ok(weights)
 }
@@ -218,8 +271,8 @@ mod tests {
                     .collect();
                 let wave = |x: f64| (TAU * order * x + 0.7).cos();
                 let values: Vec<f64> = turns.iter().map(|&x| wave(x)).collect();
-                let mut cells = AngularResampler::new(per_turn, 0.0, 3.0);
-                cells.push(turns.iter().copied(), &values);
+                let mut cells = AngularResampler::new(per_turn, 0.0, 3.0).unwrap();
+                cells.push(&turns, &values);
                 let signal = cells.finish().unwrap();
                 assert!(signal.values.len() > 2 * per_turn);
                 for (i, v) in signal.values.iter().enumerate() {
@@ -239,8 +292,8 @@ mod tests {
         let (per_turn, order) = (240, 203.0);
         let turns: Vec<f64> = (0..9000).map(|i| f64::from(i) / 3000.0).collect();
         let values: Vec<f64> = turns.iter().map(|x| (TAU * order * x).cos()).collect();
-        let mut cells = AngularResampler::new(per_turn, 0.0, 3.0);
-        cells.push(turns.iter().copied(), &values);
+        let mut cells = AngularResampler::new(per_turn, 0.0, 3.0).unwrap();
+        cells.push(&turns, &values);
         let signal = cells.finish().unwrap();
         let whole = 2 * per_turn;
         let folded = (per_turn as f64 - order) / per_turn as f64;
@@ -255,10 +308,10 @@ mod tests {
 
     #[test]
     fn refuses_nothing() {
-        let cells = AngularResampler::new(100, 0.0, 1.0);
+        let cells = AngularResampler::new(100, 0.0, 1.0).unwrap();
         assert_eq!(cells.finish().unwrap_err().code, Code::TooShort);
-        let mut cells = AngularResampler::new(100, 0.0, 1.0);
-        cells.push([0.5, f64::NAN, 7.0].into_iter(), &[1.0; 3]);
+        let mut cells = AngularResampler::new(100, 0.0, 1.0).unwrap();
+        cells.push(&[0.5, f64::NAN, 7.0], &[1.0; 3]);
         assert_eq!(cells.finish().unwrap_err().code, Code::TooShort);
     }
 }

@@ -3,6 +3,9 @@
 //! `D_m = mean(r_m … r_{m+w}) − mean(r_{m−w} … r_m)` of the residual r over a pitch on either side says where. How large a step is comes
 //! out of a fit of all orders and steps at once: with s⊥ what the orders leave of a step, `a = G⁻¹ ⟨s⊥, r⟩`, `G = ⟨s⊥, s⊥⟩`.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use super::fit::fit_orders;
 use super::orders::CandidateOrder;
 use crate::base::error::Error;
@@ -55,22 +58,18 @@ pub fn find_residual_steps(
     if !(count > 0.0 && count.is_finite()) || n < 4 * wide {
         return Ok(Vec::new());
     }
-    let mut masked = vec![false; n];
-    let mut left = residual.to_vec();
+    let mut masked: Vec<Range<usize>> = Vec::new();
+    let mut left = Cow::Borrowed(residual);
     let mut found: Vec<(usize, Vec<f64>)> = Vec::new();
     let mut sizes: Vec<f64> = Vec::new();
     for _ in 0..MAX_CANDIDATES {
-        let differences = differences(&left, wide);
-        let Some((cell, shows)) = strongest(&differences, &masked, wide) else {
+        let Some((cell, shows)) = strongest(&left, wide, &masked) else {
             break;
         };
-        if shows.abs()
-            < (MIN_STEP_SHARE * count).max(STEP_THRESHOLD * deviation(&differences, wide))
-        {
+        if shows.abs() < (MIN_STEP_SHARE * count).max(STEP_THRESHOLD * deviation(&left, wide)) {
             break;
         }
-        let (low, high) = (cell.saturating_sub(wide), (cell + wide).min(n));
-        masked[low..high].fill(true);
+        masked.push(cell.saturating_sub(wide)..cell + wide);
         let after = |m: usize| if m < cell { 0.0 } else { 1.0 };
         let step = AngularSignal {
             values: (0..n).map(after).collect(),
@@ -85,9 +84,12 @@ pub fn find_residual_steps(
             found.pop();
             continue;
         }
-        left.copy_from_slice(residual);
+        left = Cow::Borrowed(residual);
         for ((_, shape), size) in found.iter().zip(&fitted) {
-            left.iter_mut().zip(shape).for_each(|(r, s)| *r -= size * s);
+            left.to_mut()
+                .iter_mut()
+                .zip(shape)
+                .for_each(|(r, s)| *r -= size * s);
         }
         sizes = fitted;
     }
@@ -99,32 +101,33 @@ pub fn find_residual_steps(
     Ok(all)
 }
 
-/// D at every cell; 0 where the windows do not fit.
-fn differences(values: &[f64], wide: usize) -> Vec<f64> {
-    let mut sums = vec![0.0; values.len() + 1];
-    for (i, x) in values.iter().enumerate() {
-        sums[i + 1] = sums[i] + x;
-    }
-    let mut all = vec![0.0; values.len()];
-    for m in wide..=values.len() - wide {
-        if let Some(d) = all.get_mut(m) {
-            *d = (sums[m + wide] - 2.0 * sums[m] + sums[m - wide]) / wide as f64;
+/// Cells and D there, wherever both windows fit.
+fn differences(values: &[f64], wide: usize) -> impl Iterator<Item = (usize, f64)> {
+    let sum = |part: &[f64]| part.iter().sum::<f64>();
+    let mut step = sum(&values[wide..2 * wide]) - sum(&values[..wide]);
+    let ends = values.iter().zip(&values[wide..]).zip(&values[2 * wide..]);
+    ends.enumerate().map(move |(m, ((before, here), after))| {
+        let found = (m + wide, step / wide as f64);
+        step += before - 2.0 * here + after;
+        found
+    })
+}
+
+fn strongest(values: &[f64], wide: usize, masked: &[Range<usize>]) -> Option<(usize, f64)> {
+    let mut best: Option<(usize, f64)> = None;
+    for (m, d) in differences(values, wide) {
+        let is_more = best.is_none_or(|b| d.abs() >= b.1.abs());
+        if is_more && !masked.iter().any(|cells| cells.contains(&m)) {
+            best = Some((m, d));
         }
     }
-    all
+    best
 }
 
-fn strongest(differences: &[f64], masked: &[bool], wide: usize) -> Option<(usize, f64)> {
-    (wide..differences.len() - wide)
-        .filter(|&m| !masked[m])
-        .max_by(|&a, &b| differences[a].abs().total_cmp(&differences[b].abs()))
-        .map(|m| (m, differences[m]))
-}
-
-/// Deviation of D, from the median of its size.
-fn deviation(differences: &[f64], wide: usize) -> f64 {
-    let inside = &differences[wide..differences.len() - wide];
-    let mut sizes: Vec<f64> = inside.iter().map(|d| d.abs()).collect();
+/// Deviation of D, from the median of its size at every window: between them it hardly changes.
+fn deviation(values: &[f64], wide: usize) -> f64 {
+    let all = differences(values, wide).step_by(wide);
+    let mut sizes: Vec<f64> = all.map(|(_, d)| d.abs()).collect();
     // The median of the size of a normal variable is 0.6745 of its deviation.
     median(&mut sizes).unwrap_or(0.0) / 0.6745
 }

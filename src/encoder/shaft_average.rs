@@ -1,12 +1,14 @@
 //! Synchronous average of each shaft, `ē(θ) = 1/K Σ_k e(θ + 2πk)`.
 //!
 //! In few turns the waves of the other shafts do not average out, and what stays of them hardly changes from turn to turn, so that no
-//! scatter tells of it. The fitted orders that are no multiples of the shaft are therefore taken off first.
+//! scatter tells of it. The fitted orders that are no multiples of the shaft are therefore taken off first, and those that are come as
+//! they are: what is averaged is the residual r of the fit, of whose square ē leaves `Σ r² − K Σ ē²`.
 
-use super::fit::{HarmonicFit, add};
+use std::f64::consts::TAU;
+
+use super::fit::{HarmonicFit, add, fold};
 use super::gear_train::GearTrain;
 use super::orders::CandidateOrder;
-use crate::base::error::Error;
 use crate::numeric::fraction::Fraction;
 use crate::numeric::vector_ops::dot;
 use crate::numeric::{Complex, parallel};
@@ -14,58 +16,135 @@ use crate::spectrum::rotation::angular_resampling::AngularSignal;
 use crate::spectrum::rotation::interpolation::{
     HALF_KERNEL, InterpolationWeights, SincInterpolator,
 };
-use crate::spectrum::rotation::synchronous_average::SynchronousAverage;
 
 /// The mean turn of a shaft.
 #[derive(Debug, Clone)]
 pub struct ShaftAverage {
     /// Such as `input`.
     pub shaft: String,
-    /// Over the angle of that shaft, from its mark where it has one.
-    pub average: SynchronousAverage,
+    /// One turn over the angle of that shaft, from its mark where it has one, rad.
+    pub values: Vec<f64>,
+    /// Turns averaged, `K`.
+    pub revolutions: usize,
+    /// Standard error of the average at each angle, where what is left does not repeat, rad.
+    pub standard_error: f64,
 }
 
 /// Fewer cells a turn of a shaft show less than its second multiple.
 const MIN_CELLS: f64 = 8.0;
 
 /// Averages of every shaft that turns twice or more, the output first. `input` is where the input's angle is zero, turns of the output.
-///
-/// # Errors
-/// Those of the averages.
 pub fn shaft_averages(
     signal: &AngularSignal,
     fitted: &HarmonicFit,
     orders: &[CandidateOrder],
     teeth: &GearTrain,
     input: f64,
-) -> Result<Vec<ShaftAverage>, Error> {
+) -> Vec<ShaftAverage> {
+    let mean_square = |values: &[f64]| dot(values, values) / values.len() as f64;
+    let square = mean_square(&fitted.residual);
     let mut all = Vec::new();
     for member in teeth.shafts().into_iter().rev() {
-        let (own, waves): (Vec<CandidateOrder>, Vec<Complex>) = (orders.iter().zip(&fitted.waves))
-            .filter(|(o, _)| (&o.fraction / &member.order).is_integer())
-            .map(|(o, w)| (o.clone(), *w))
-            .unzip();
-        let mut alone = AngularSignal {
-            values: fitted.residual.clone(),
-            ..*signal
-        };
-        add(&mut alone, &own, &waves);
-        let order = member.order.to_f64();
-        let cells = signal.samples_per_rev as f64 / order;
         let zero = if member.name == "input" { input } else { 0.0 };
-        let turning = match member.name == "output" {
-            true => alone,
-            false if cells < MIN_CELLS => continue,
-            false => over_shaft_angle(&alone, &member.order, zero, cells.ceil() as usize),
+        let Some((values, revolutions)) = mean_turn(signal, &fitted.residual, &member.order, zero)
+        else {
+            continue;
         };
-        if turning.revolutions() >= 2 {
-            all.push(ShaftAverage {
-                average: SynchronousAverage::new(&turning)?,
-                shaft: member.name,
-            });
-        }
+        let left = square - mean_square(&values);
+        let (own, waves): (Vec<CandidateOrder>, Vec<Complex>) = (orders.iter().zip(&fitted.waves))
+            .map(|(o, w)| {
+                let multiple = CandidateOrder {
+                    fraction: &o.fraction / &member.order,
+                    value: o.value / member.order.to_f64(),
+                    ..o.clone()
+                };
+                (multiple, w * Complex::from_polar(1.0, TAU * o.value * zero))
+            })
+            .filter(|(multiple, _)| multiple.fraction.is_integer())
+            .unzip();
+        let mut turn = AngularSignal {
+            samples_per_rev: values.len(),
+            first: 0,
+            values,
+        };
+        add(&mut turn, &own, &waves);
+        all.push(ShaftAverage {
+            shaft: member.name,
+            values: turn.values,
+            revolutions,
+            // Free of bias, over K − 1 of K turns.
+            standard_error: (left.max(0.0) / (revolutions - 1) as f64).sqrt(),
+        });
     }
-    Ok(all)
+    all
+}
+
+/// The mean turn of a shaft, from its zero at `zero` turns, and the number of turns; nothing of fewer than two.
+///
+/// Where the record holds twice the turns after which shaft and output meet again, it is averaged over these before it is resampled.
+fn mean_turn(
+    signal: &AngularSignal,
+    residual: &[f64],
+    order: &Fraction,
+    zero: f64,
+) -> Option<(Vec<f64>, usize)> {
+    let cells = signal.samples_per_rev as f64 / order.to_f64();
+    let revolutions = (residual.len() as f64 / cells) as usize;
+    if cells < MIN_CELLS || revolutions < 2 {
+        return None;
+    }
+    let per_turn = cells.ceil() as usize;
+    let again = order.parts().and_then(|(own, turns)| {
+        let period = usize::try_from(turns)
+            .ok()?
+            .checked_mul(signal.samples_per_rev)?;
+        (period <= residual.len() / 2).then_some((usize::try_from(own).ok()?, period))
+    });
+    let (source, turns) = match again {
+        // A turn of the output from its zero: the cells themselves.
+        Some((1, period)) if period == per_turn && zero == 0.0 => {
+            return Some((mean_over(residual, signal.first, period), revolutions));
+        }
+        Some((own, period)) => {
+            let mean = mean_over(residual, signal.first, period);
+            let reach = HALF_KERNEL + 1;
+            let before = period - reach % period;
+            let round = mean.into_iter().cycle().skip(before);
+            (
+                AngularSignal {
+                    first: -(reach as i64),
+                    values: round.take(period + 2 * reach).collect(),
+                    ..*signal
+                },
+                own,
+            )
+        }
+        None => (
+            AngularSignal {
+                values: residual.to_vec(),
+                ..*signal
+            },
+            usize::MAX,
+        ),
+    };
+    let mut turning = over_shaft_angle(&source, order, zero, per_turn);
+    let turns = turns.min(turning.revolutions());
+    turning.values.truncate(turns * per_turn);
+    let revolutions = if again.is_some() { revolutions } else { turns };
+    (turns > 0 && revolutions > 1).then(|| {
+        let mean = mean_over(&turning.values, turning.first, per_turn);
+        (mean, revolutions)
+    })
+}
+
+/// Mean over each place of a period that a record holds at least once, the first at angle zero.
+fn mean_over(values: &[f64], first: i64, period: usize) -> Vec<f64> {
+    let start = first.rem_euclid(period as i64) as usize;
+    let (whole, rest) = (values.len() / period, values.len() % period);
+    let count = |place: usize| whole + usize::from((place + period - start) % period < rest);
+    let sums = fold(values, first, period);
+    let mean = |(place, sum): (usize, f64)| sum / count(place) as f64;
+    sums.into_iter().enumerate().map(mean).collect()
 }
 
 /// Phases of the kernel that are tabulated at most, 80 weights each.
@@ -148,6 +227,34 @@ impl KernelPhases {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Over whole cycles the other waves average out: the mean turn is the shaft's own wave, from its zero on, whatever starts and ends the
+    /// record.
+    #[test]
+    fn exact_mean_turn_of_cycles() {
+        let (order, zero) = (Fraction::new(5, 3), 0.377);
+        for (first, count) in [(-317, 3 * 576), (41, 20 * 576 + 13)] {
+            let signal = AngularSignal {
+                samples_per_rev: 192,
+                first,
+                values: Vec::new(),
+            };
+            let own = |turns: f64| (TAU * 2.0 * turns + 0.4).cos();
+            let residual: Vec<f64> = (0..count)
+                .map(|i| {
+                    let turns = signal.angle(i) / TAU;
+                    let others = (TAU * turns).cos() + (TAU * 4.0 / 3.0 * turns + 1.0).sin();
+                    own((turns - zero) * 5.0 / 3.0) + if count == 3 * 576 { others } else { 0.0 }
+                })
+                .collect();
+            let (mean, turns) = mean_turn(&signal, &residual, &order, zero).unwrap();
+            assert_eq!((mean.len(), turns), (116, count * 5 / 576));
+            for (i, e) in mean.iter().enumerate() {
+                let expected = own(i as f64 / 116.0);
+                assert!((e - expected).abs() < 2e-4, "{i}: {e} {expected}");
+            }
+        }
+    }
 
     /// Weights by phase give what the kernel gives at each position.
     #[test]

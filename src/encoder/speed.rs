@@ -48,9 +48,15 @@ impl PitchTimer {
     }
 
     /// Rows from `first` on, turns of the output.
-    pub fn push(&mut self, first: usize, turns: impl Iterator<Item = f64>) {
-        for (i, x) in turns.enumerate() {
+    pub fn push(&mut self, first: usize, turns: &[f64]) {
+        // The pitch that the row before lies in; rows inside it pass nothing.
+        let mut inside = f64::NAN;
+        for (i, x) in turns.iter().enumerate() {
             let (row, pitch) = (first + i, x * self.teeth);
+            if (0.0..1.0).contains(&(pitch - inside)) {
+                self.before = Some((row, pitch));
+                continue;
+            }
             if let Some((last, before)) = self.before
                 && last + 1 == row
             {
@@ -65,6 +71,7 @@ impl PitchTimer {
                 self.passed = None;
             }
             self.before = Some((row, pitch));
+            inside = floor_pitch(pitch);
         }
     }
 

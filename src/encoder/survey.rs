@@ -82,22 +82,26 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
     let mut left = (0, 0.0);
     // The farthest the run has come, and where it began.
     let mut run: Option<RunTracker> = None;
-    let mut recent = [0.0; INCREMENT_ROWS];
+    // Angles of the rows before, and the farthest from there to the same place of the next.
+    let mut recent = [f64::NAN; INCREMENT_ROWS];
+    let mut farthest = [0.0; INCREMENT_ROWS];
     let mut next = 0;
     for_each_block(rows, scales, |first, input, output| {
+        while next < first + input.len() {
+            let at = next - first;
+            found.points.push((next, input[at], output[at]));
+            next += every;
+        }
+        // Blocks are whole multiples of these rows.
+        for rows in input.chunks(INCREMENT_ROWS) {
+            for ((&angle, before), most) in rows.iter().zip(&mut recent).zip(&mut farthest) {
+                let way = (angle - *before).abs();
+                *most = if way > *most { way } else { *most };
+                *before = angle;
+            }
+        }
         for (i, &angle) in input.iter().enumerate() {
             let row = first + i;
-            if row == next {
-                found.points.push((row, angle, output[i]));
-                next += every;
-            }
-            let slot = row % INCREMENT_ROWS;
-            if row >= INCREMENT_ROWS {
-                found.max_increment = found
-                    .max_increment
-                    .max((angle - recent[slot]).abs() / INCREMENT_ROWS as f64);
-            }
-            recent[slot] = angle;
             let turning = run.get_or_insert(RunTracker::revolutions_at(row, angle));
             if turning.forward.is_none() && (angle - turning.start.1).abs() <= still {
                 left = (row, angle);
@@ -107,6 +111,7 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
             }
         }
     })?;
+    found.max_increment = farthest.into_iter().fold(0.0, f64::max) / INCREMENT_ROWS as f64;
     if let Some(turning) = run {
         let came = turning.came;
         found.runs.extend(turning.end(count));

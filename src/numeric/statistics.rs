@@ -20,7 +20,16 @@ pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 
 /// Greatest less least value; zero of none.
 pub fn peak_to_peak(values: &[f64]) -> f64 {
-    match extremes(values.iter().copied()) {
+    // Lanes of comparisons need not wait for each other.
+    const LANES: usize = 8;
+    let (mut lows, mut highs) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for part in values.chunks(LANES) {
+        for ((&x, low), high) in part.iter().zip(&mut lows).zip(&mut highs) {
+            *low = if x < *low { x } else { *low };
+            *high = if x > *high { x } else { *high };
+        }
+    }
+    match (extremes(lows).0, extremes(highs).1) {
         (low, high) if low > high => 0.0,
         (low, high) => high - low,
     }

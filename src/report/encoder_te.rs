@@ -181,10 +181,10 @@ fn flank(flank: &FlankEvaluation, found: &EncoderResult) -> Value {
         "attribution": null,
         "mean_turns": flank.shaft_averages.iter().map(|m| json!({
             "shaft": m.shaft,
-            "turns": m.average.revolutions,
-            "range_arcsec": arcsec(peak_to_peak(&m.average.values)),
-            "standard_error_arcsec": arcsec(m.average.standard_error),
-            "te_arcsec": all(&m.average.values),
+            "turns": m.revolutions,
+            "range_arcsec": arcsec(peak_to_peak(&m.values)),
+            "standard_error_arcsec": arcsec(m.standard_error),
+            "te_arcsec": all(&m.values),
         })).collect::<Vec<_>>(),
         "orders": flank.lines.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
         "unexplained": flank.unexplained.iter().map(|u| json!({

@@ -179,14 +179,13 @@ fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> Str
         ),
     );
     for mean in &flank.shaft_averages {
-        let average = &mean.average;
         row(
             &format!("mean turn of {}", mean.shaft),
-            peak_to_peak(&average.values),
+            peak_to_peak(&mean.values),
             format!(
                 "± {} at each angle, over {}",
-                four_digits(arcsec(Z_95 * average.standard_error)),
-                pluralise(average.revolutions, "turn")
+                four_digits(arcsec(Z_95 * mean.standard_error)),
+                pluralise(mean.revolutions, "turn")
             ),
         );
     }

@@ -73,7 +73,9 @@ impl<'a> SingleFlankRecord<'a> {
             let message = format!("a record over {turns} turns of {teeth} teeth has no pitch");
             return Err(Error::new(Code::OutOfRange, message));
         };
-        if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+        // All are looked at, which is quicker than to stop at the first.
+        let finite = values.iter().fold(true, |all, x| all & x.is_finite());
+        if !finite && let Some(i) = values.iter().position(|x| !x.is_finite()) {
             let message = format!(
                 "sample {} of the transmission error is {}",
                 i + 1,
@@ -126,6 +128,11 @@ impl<'a> SingleFlankRecord<'a> {
     /// Long wave: orders below z/2 by Fourier's sum, exactly. An open record is mirrored at its ends first, so that the step from
     /// its end to its start is no part of either wave.
     pub fn split_by_order(&self) -> WaveSplit {
+        self.split_with(self.long_wave_by_order())
+    }
+
+    /// The long wave of [`SingleFlankRecord::split_by_order`] alone.
+    pub fn long_wave_by_order(&self) -> Vec<f64> {
         let n = self.values.len();
         let mut samples = self.values.to_vec();
         if !self.closed {
@@ -141,47 +148,54 @@ impl<'a> SingleFlankRecord<'a> {
         spectrum[cut..].fill(Complex::new(0.0, 0.0));
         fft.inverse(&mut spectrum, &mut samples);
         samples.truncate(n);
-        self.split_with(samples)
+        samples
     }
 
     /// Long wave: the mean over one pitch about each place. Near the ends of an open record the pitch is the first or last whole
     /// one. Passes the order z/2 by 64 %; tooth meshing it stops.
     pub fn split_by_pitch_average(&self) -> WaveSplit {
+        self.split_with(self.long_wave_by_pitch_average())
+    }
+
+    /// The long wave of [`SingleFlankRecord::split_by_pitch_average`] alone.
+    pub fn long_wave_by_pitch_average(&self) -> Vec<f64> {
         let n = self.values.len();
         let width = n as f64 / (self.turns * self.teeth) as f64;
-        let mean = self.values.iter().sum::<f64>() / n as f64;
-        let next = |i: usize| match self.closed {
-            true => self.values[(i + 1) % n],
-            false => self.values[(i + 1).min(n - 1)],
-        };
-        // The integral of the record less its mean, by trapezia, from the first sample to each.
-        let mut integral = Vec::with_capacity(n + 1);
-        let mut sum = 0.0;
-        for i in 0..n {
-            integral.push(sum);
-            sum += 0.5 * (self.values[i] + next(i)) - mean;
+        let (whole, part) = ((0.5 * width) as usize, (0.5 * width).fract());
+        // Straight between samples, the record passes into the integral over a pitch with the weight 1 inside, at its ends with these.
+        let (outer, inner) = (0.5 * part * part, 0.5 * (1.0 - part) * (1.0 - part));
+        let reach = whole + 1;
+        let v = |i: usize| self.values[if i < n { i } else { i % n }];
+        // From sample `reach` on; the places before and after are those of a closed record beyond its ends.
+        let mut sum: f64 = (1..2 * reach).map(v).sum();
+        let mut long = Vec::with_capacity(n);
+        for i in 0..if self.closed {
+            n
+        } else {
+            n.saturating_sub(2 * reach)
+        } {
+            let (a, b, c, d) = (v(i), v(i + 1), v(i + 2 * reach - 1), v(i + 2 * reach));
+            long.push((sum - inner * (b + c) + outer * (a + d)) / width);
+            sum += d - b;
         }
-        integral.push(sum);
-        let up_to = |t: f64| {
-            let (laps, t) = match self.closed {
-                true => ((t / n as f64).floor(), t.rem_euclid(n as f64)),
-                false => (0.0, t),
-            };
-            let i = (t as usize).min(n - 1);
-            let part = t - i as f64;
-            let here = self.values[i] - mean;
-            let slope = next(i) - self.values[i];
-            laps * sum + integral[i] + part * (here + 0.5 * part * slope)
+        if self.closed {
+            long.rotate_right(reach);
+            return long;
+        }
+        // The first and the last whole pitch.
+        let end = |v: &dyn Fn(usize) -> f64| {
+            let (whole, part) = (width as usize, width.fract());
+            let last = part * v(whole) + 0.5 * part * part * (v(whole + 1) - v(whole));
+            let inside: f64 = (0..whole).map(|i| 0.5 * (v(i) + v(i + 1))).sum();
+            (inside + last) / width
         };
-        let half = 0.5 * width;
-        let about = |i: usize| {
-            let centre = match self.closed {
-                true => i as f64,
-                false => (i as f64).clamp(half, ((n - 1) as f64 - half).max(half)),
-            };
-            mean + (up_to(centre + half) - up_to(centre - half)) / width
-        };
-        self.split_with((0..n).map(about).collect())
+        let ends = [
+            end(&|i| self.values[i.min(n - 1)]),
+            end(&|i| self.values[(n - 1).saturating_sub(i)]),
+        ];
+        let before = vec![ends[0]; reach.min(n)];
+        let after = vec![ends[1]; n - before.len() - long.len()];
+        [before, long, after].concat()
     }
 
     fn split_with(&self, long: Vec<f64>) -> WaveSplit {

@@ -50,6 +50,17 @@ fn interpolate_at(values: &[f64], whole: usize, part: usize, of: usize, closed: 
     }
 }
 
+/// Least and greatest of nothing.
+const NONE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
+/// Least and greatest with one more value, which is a number.
+fn widen((low, high): (f64, f64), x: f64) -> (f64, f64) {
+    (
+        if x < low { x } else { low },
+        if x > high { x } else { high },
+    )
+}
+
 fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
     let n = values.len();
     if n == 0 {
@@ -57,8 +68,8 @@ fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
     }
     // The border before window j lies at j·n/count samples; whole and broken part apart, so that nothing is rounded.
     let border = |j: usize| {
-        let exact = j as u128 * n as u128;
-        let (whole, part) = (exact / count as u128, exact % count as u128);
+        let exact = j as u64 * n as u64;
+        let (whole, part) = (exact / count as u64, exact % count as u64);
         (whole as usize, part as usize)
     };
     let window = |j: usize| {
@@ -68,12 +79,8 @@ fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
             interpolate_at(values, to, to_part, count, closed),
         ];
         let inside = &values[(from + usize::from(from_part > 0)).min(n)..(to + 1).min(n)];
-        let (low, high) = ends
-            .iter()
-            .chain(inside)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-                (l.min(x), h.max(x))
-            });
+        let range = ends.into_iter().chain(inside.iter().copied());
+        let (low, high) = range.fold(NONE, widen);
         high - low
     };
     (0..count).map(window).collect()
@@ -90,27 +97,24 @@ fn sliding(values: &[f64], count: usize, closed: bool) -> f64 {
     // Extremes of whole + 1 samples: of the end of one block of that length and the beginning of the next (van Herk, Pattern Recognition
     // Letters 13 (1992) 517).
     let width = (whole + 1).min(last);
-    let mut ends = vec![(0.0, 0.0); width];
+    // Extremes of each sample of the block before and of those after it there.
+    let mut ends = vec![NONE; width + 1];
+    let mut block = Vec::with_capacity(width);
     let mut largest = 0.0f64;
     for start in (0..last).step_by(width) {
-        let block = start..(start + width).min(last);
-        let mut seen = (f64::NEG_INFINITY, f64::INFINITY);
-        for i in block.clone() {
-            let x = at(i);
-            seen = (seen.0.max(x), seen.1.min(x));
-            let (high, low) = match start {
-                0 => seen,
-                _ => ends.get(i - start + 1).map_or(seen, |end: &(f64, f64)| {
-                    (seen.0.max(end.0), seen.1.min(end.1))
-                }),
-            };
+        block.clear();
+        block.extend((start..(start + width).min(last)).map(at));
+        let mut seen = NONE;
+        for (&x, end) in block.iter().zip(&ends[1..]) {
+            seen = widen(seen, x);
+            let low = if end.0 < seen.0 { end.0 } else { seen.0 };
+            let high = if end.1 > seen.1 { end.1 } else { seen.1 };
             largest = largest.max(high - low);
         }
-        let mut seen = (f64::NEG_INFINITY, f64::INFINITY);
-        for i in block.rev() {
-            let x = at(i);
-            seen = (seen.0.max(x), seen.1.min(x));
-            ends[i - start] = seen;
+        let mut seen = NONE;
+        for (&x, end) in block.iter().zip(&mut ends).rev() {
+            seen = widen(seen, x);
+            *end = seen;
         }
     }
     if part > 0 {

@@ -924,21 +924,17 @@ fn exact_phases_from_marks() {
     // The mean turn of the input begins at its mark: what it shows there is the wave of the input.
     let means = &found.flanks[0].shaft_averages;
     let input = means.iter().find(|m| m.shaft == "input").unwrap();
-    assert!(input.average.revolutions >= 20);
-    let n = input.average.values.len() as f64;
-    for (i, e) in input.average.values.iter().enumerate() {
+    assert!(input.revolutions >= 20);
+    let n = input.values.len() as f64;
+    for (i, e) in input.values.iter().enumerate() {
         let turns = i as f64 / n + at[0];
         let wave = |k: f64, a: f64, p: f64| a * ARCSEC * (TAU * k * turns + p).cos();
         // The mesh repeats with the input as well.
         let expected = wave(1.0, 22.0, -1.3) + wave(13.0, 1.5, 1.7);
         let off = (e - expected).abs();
-        assert!(
-            off < 4.5 * input.average.standard_error,
-            "{i}: {}",
-            off / ARCSEC
-        );
+        assert!(off < 4.5 * input.standard_error, "{i}: {}", off / ARCSEC);
     }
-    assert!(input.average.standard_error < ARCSEC);
+    assert!(input.standard_error < ARCSEC);
 }
 
 /// In 2.4 turns the wave of the input hardly moves against the output: the mean turn of the output does not hold it all the same.
@@ -953,8 +949,7 @@ fn exact_mean_turns_of_a_short_record() {
     let means = &found.flanks[0].shaft_averages;
     let range = |name: &str| {
         let mean = means.iter().find(|m| m.shaft == name).unwrap();
-        let ends =
-            (mean.average.values.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
+        let ends = (mean.values.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
         (ends.1 - ends.0) / ARCSEC
     };
     within(
