@@ -22,7 +22,7 @@ const PIECE: usize = 512;
 /// A node and the spring to its parent.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// Its own position at a root, whose spring is zero.
+    /// Position of the parent; of the node itself at a root, whose spring is zero.
     parent: usize,
     a: f64,
     c: f64,
