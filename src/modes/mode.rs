@@ -38,7 +38,10 @@ impl Mode {
 
 /// The size of a complex number without overflow.
 pub fn modulus(z: Complex) -> f64 {
-    z.re.hypot(z.im)
+    match z.im {
+        0.0 => z.re.abs(),
+        im => z.re.hypot(im),
+    }
 }
 
 /// Gives a shape its sign: the first component within 1e-9 of the largest is positive (its real part, where complex).

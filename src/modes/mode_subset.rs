@@ -1,8 +1,8 @@
 //! Lowest modes, or modes nearest a frequency, of large machines (Lanczos, Sturm count).
 //!
-//! Torsional trains are forests of two-ended springs: they are eliminated in series and parallel, without subtraction, and
-//! Lanczos works on `K⁻¹M` with the rigid-body modes taken out. Everything else goes through a sparse LDLᵀ. A Sturm count
-//! says that no mode is missing.
+//! Torsional trains are forests of two-ended springs, eliminated in series and parallel without subtraction. Without loops their
+//! lowest modes come from Sturm bisection and inverse iteration, one by one; with loops, or near a frequency, from Lanczos with the
+//! rigid-body modes taken out. Everything else goes through a sparse LDLᵀ. A Sturm count says that no mode is missing.
 
 use super::modal_basis::rigid_modes;
 use super::mode::Mode;
@@ -11,6 +11,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::forest::{Forest, ForestSpring};
+use crate::numeric::forest_modes::lowest_modes;
 use crate::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
 use crate::numeric::shift_invert::{EnergyCorrected, ShiftInvert, ShiftedForest};
 use crate::numeric::sorting::rising_order;
@@ -220,6 +221,9 @@ fn on_forest(
     count: usize,
 ) -> Result<RitzPairs, Error> {
     let mass = model.mass_diagonal().unwrap_or_default();
+    if sigma == 0.0 && forest.n_loops() == 0 {
+        return lowest_modes(forest, &mass, count);
+    }
     let matrix = SparseSymmetric::diagonal(&mass);
     let below = |sigma: f64| Ok(forest.count_below(&mass, sigma));
     let inverse = if sigma == 0.0 {

@@ -100,6 +100,10 @@ pub mod shift_invert;
 
 pub mod lanczos;
 
+mod forest_lanes;
+
+pub mod forest_modes;
+
 /// The entries of a matrix, row by row.
 pub fn to_rows(a: &Matrix) -> Vec<Vec<f64>> {
     let row = |i| (0..a.ncols()).map(|j| a[(i, j)]).collect();

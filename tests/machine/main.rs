@@ -14,6 +14,7 @@ mod event_log;
 mod exponential;
 mod extremes;
 mod floquet;
+mod forest_modes;
 mod friction;
 mod gear_meshes;
 mod generator_work;
