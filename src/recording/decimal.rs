@@ -37,7 +37,7 @@ pub struct Decimal {
 }
 
 impl Decimal {
-    /// The number that a text begins with and the bytes it takes; `None` where there is none, or one of more digits than [`MAX_DIGITS`].
+    /// The number that a text begins with and the bytes it takes; `None` where there is none, or one of more than 19 digits.
     #[inline(always)]
     pub fn scan(text: &[u8], mark: u8) -> Option<(Decimal, usize)> {
         let first = *text.first()?;
