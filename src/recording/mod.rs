@@ -13,6 +13,8 @@ pub mod frequency_responses;
 
 pub mod stated_rates;
 
+mod decimal;
+
 pub mod resolution;
 
 pub mod geometry;

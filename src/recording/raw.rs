@@ -136,6 +136,13 @@ impl LineNumbers {
         }
     }
 
+    /// Appends the rows of `part` behind `rows` rows and `lines` lines.
+    pub fn append(&mut self, part: &LineNumbers, rows: usize, lines: usize) {
+        for &(row, line) in &part.0 {
+            self.push(rows + row, lines + line);
+        }
+    }
+
     /// The line of a row; `None` for files that are not text.
     pub fn line_of_row(&self, row: usize) -> Option<usize> {
         let run = self.0.partition_point(|&(r, _)| r <= row).checked_sub(1)?;

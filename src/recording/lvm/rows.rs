@@ -3,6 +3,7 @@
 use super::header::{FileHeader, LineReader, LvmChannel, SegmentHeader};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::recording::decimal;
 use crate::recording::raw;
 use crate::recording::sample_column::SampleColumn;
 
@@ -229,25 +230,14 @@ fn parse_number(
     name: &str,
     at: &RowPosition<'_>,
 ) -> Result<Option<(f64, bool)>, Error> {
-    /// Bytes a number may be written in.
-    const MAX_NUMBER_LEN: usize = 64;
     let cell = cells.get(column).copied().unwrap_or_default().trim_ascii();
     if cell.is_empty() {
         return Ok(None);
     }
-    if let Ok(value) = fast_float2::parse::<f64, _>(cell) {
+    if let Some(value) = decimal::parse(cell, b'.') {
         return Ok(Some((value, false)));
     }
-    let mut with_point = [0; MAX_NUMBER_LEN];
-    let room = with_point.get_mut(..cell.len());
-    let value = room.and_then(|room| {
-        room.copy_from_slice(cell);
-        room.iter_mut()
-            .filter(|b| **b == b',')
-            .for_each(|b| *b = b'.');
-        fast_float2::parse::<f64, _>(&*room).ok()
-    });
-    match value {
+    match decimal::parse(cell, b',') {
         Some(value) => Ok(Some((value, true))),
         None => {
             let shown: String = String::from_utf8_lossy(cell).chars().take(24).collect();

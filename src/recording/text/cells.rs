@@ -1,5 +1,7 @@
 //! Cell parsing: number, missing sample, overload, complex number or text.
 
+use crate::recording::decimal;
+
 /// Delimiter between cells and decimal mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Separators {
@@ -158,9 +160,9 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
         n += 1;
     }
     let text = &buffer[..n];
-    let value: f64 = match fast_float2::parse(text) {
-        Ok(value) => value,
-        Err(_) => {
+    let value = match decimal::parse(text, b'.') {
+        Some(value) => value,
+        None => {
             // `1.234567-100`: a field of Fortran too narrow for the letter.
             let sign = n.checked_sub(4).filter(|&at| at > 2)?;
             let exponent = text[sign + 1..].iter().all(u8::is_ascii_digit);
@@ -169,7 +171,7 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
             }
             buffer.copy_within(sign..n, sign + 1);
             buffer[sign] = b'E';
-            fast_float2::parse(&buffer[..=n]).ok()?
+            decimal::parse(&buffer[..=n], b'.')?
         }
     };
     value.is_finite().then_some(value)

@@ -1,6 +1,7 @@
 //! Time stamps: numbers, date and time, time of day; converted exactly to seconds since the first.
 
 use super::cells;
+use crate::recording::decimal::{Decimal, power_of_ten};
 use crate::recording::resolution::Resolution;
 
 /// A date and time as written.
@@ -249,7 +250,11 @@ pub struct StampParser {
     last: i64,
     /// One unit of the finest digit, in the unit of the stamps.
     finest: f64,
-    /// The most significant digits of a number.
+    /// The most digits after the mark, of numbers without exponent.
+    decimals: i32,
+    /// The largest of these numbers, in units of its last digit.
+    largest: u64,
+    /// The most significant digits of a number with exponent.
     digits: u32,
     /// The first stamp as written.
     pub start: String,
@@ -281,6 +286,8 @@ impl StampParser {
             wrapped: 0,
             last: 0,
             finest: f64::INFINITY,
+            decimals: -1,
+            largest: 0,
             digits: 0,
             start: String::new(),
         }
@@ -296,10 +303,10 @@ impl StampParser {
             true => self.finest * self.unit_s,
             false => 0.0,
         };
+        let count = self.largest.checked_ilog10().map_or(0, |n| n + 1);
+        let digits = self.digits.max(count) as i32;
         match first {
-            Some(first) => {
-                Resolution::from_digits(finest_s, self.digits as i32, first, self.unit_s)
-            }
+            Some(first) => Resolution::from_digits(finest_s, digits, first, self.unit_s),
             None => Resolution::constant(finest_s),
         }
     }
@@ -331,6 +338,8 @@ impl StampParser {
     /// Takes in what a copy of this parser has read of other rows.
     pub fn merge(&mut self, other: &StampParser) {
         self.finest = self.finest.min(other.finest);
+        self.decimals = self.decimals.max(other.decimals);
+        self.largest = self.largest.max(other.largest);
         self.digits = self.digits.max(other.digits);
     }
 
@@ -355,18 +364,28 @@ impl StampParser {
     }
 
     fn number(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
-        let Some((digits, after)) = parse_decimal(cell, self.decimal) else {
-            return self.float(cell);
+        let written = Decimal::scan(cell, self.decimal).filter(|(_, length)| *length == cell.len());
+        match written.and_then(|(decimal, _)| self.plain_seconds(decimal)) {
+            Some(seconds) => Ok(Some(seconds)),
+            None => self.float(cell),
+        }
+    }
+
+    /// Seconds since the first stamp, in a column of numbers, of one without exponent; `None` of others.
+    #[inline]
+    pub fn plain_seconds(&mut self, decimal: Decimal) -> Option<f64> {
+        let (units, after) = decimal.fixed_point()?;
+        if after > self.decimals {
+            self.decimals = after;
+            self.finest = self.finest.min(power_of_ten(-after));
+        }
+        self.largest = self.largest.max(units.unsigned_abs());
+        let since = match *self.first.get_or_insert(FirstStamp::Exact(units, after)) {
+            FirstStamp::Exact(first, first_after) => difference(units, after, first, first_after),
+            FirstStamp::Float(first) => units as f64 / power_of_ten(after) - first,
+            FirstStamp::Clock(..) => return None,
         };
-        self.finest = self.finest.min(power_of_ten(-after));
-        let count = digits.unsigned_abs().checked_ilog10().map_or(0, |n| n + 1);
-        self.digits = self.digits.max(count);
-        let since = match *self.first.get_or_insert(FirstStamp::Exact(digits, after)) {
-            FirstStamp::Exact(first, first_after) => difference(digits, after, first, first_after),
-            FirstStamp::Float(first) => digits as f64 / power_of_ten(after) - first,
-            FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
-        };
-        Ok(Some(since * self.unit_s))
+        Some(since * self.unit_s)
     }
 
     fn float(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
@@ -456,46 +475,6 @@ impl StampParser {
         self.day_first = Some(day_first);
         Ok(between(day_first))
     }
-}
-
-/// Powers of ten by their exponent, the most a plain number takes.
-const POWERS: [f64; 19] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-    1e17, 1e18,
-];
-
-/// `10ⁿ`; read from a table where every row of a log asks for it.
-fn power_of_ten(n: i32) -> f64 {
-    match POWERS.get(n.unsigned_abs() as usize) {
-        Some(power) if n >= 0 => *power,
-        Some(power) => power.recip(),
-        None => 10_f64.powi(n),
-    }
-}
-
-/// A plain number without exponent as its digits and the number of them after the mark; at most 18 digits.
-fn parse_decimal(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
-    let (negative, body) = match cell {
-        [b'-', body @ ..] => (true, body),
-        [b'+', body @ ..] => (false, body),
-        body => (false, body),
-    };
-    if body.is_empty() || body.len() > 19 {
-        return None;
-    }
-    let (mut value, mut after, mut marked, mut any) = (0_i64, 0, false, false);
-    for &byte in body {
-        if byte.is_ascii_digit() {
-            value = value.checked_mul(10)?.checked_add(i64::from(byte - b'0'))?;
-            after += i32::from(marked);
-            any = true;
-        } else if byte == decimal && !marked {
-            marked = true;
-        } else {
-            return None;
-        }
-    }
-    any.then_some((if negative { -value } else { value }, after))
 }
 
 /// The difference of two plain numbers, rounded once.

@@ -34,9 +34,10 @@ pub(super) fn are_ambiguous(
     if !(usual.median_s > 0.0 && resolution.finest_s < finest) {
         return Ok(false);
     }
+    let [least, most] = [AMBIGUOUS_STEPS.start, AMBIGUOUS_STEPS.end].map(|n| n * usual.median_s);
     let (mut last, mut neither) = (f64::NAN, 0);
     for_each_stamp(&stamps.seconds, |_, t| {
-        let is_neither = AMBIGUOUS_STEPS.contains(&((t - last) / usual.median_s));
+        let is_neither = (least..most).contains(&(t - last));
         neither += usize::from(is_neither && resolution.unit_at(t) < finest);
         last = t;
         Ok(())

@@ -226,7 +226,7 @@ fn split_at_gaps(
     })?;
     let (xx, xy) = lines
         .iter()
-        .map(RegressionSums::centred)
+        .map(|line| line.centred())
         .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
     let dt = if xx > 0.0 && xy > 0.0 {
         xy / xx

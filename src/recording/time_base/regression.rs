@@ -22,6 +22,21 @@ impl CompensatedSum {
     }
 }
 
+/// Rows whose plain sums are added to the compensated ones together.
+const PART_ROWS: f64 = 64.0;
+
+/// Plain sums over some rows, with rows and stamps taken from the first of them.
+#[derive(Debug, Default, Clone, Copy)]
+struct PartSums {
+    first_s: f64,
+    rows: f64,
+    w: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
 /// Sums of a regression over one segment, stamps taken from its first.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct RegressionSums {
@@ -29,6 +44,8 @@ pub(super) struct RegressionSums {
     pub rows: f64,
     /// The latest stamp, s from the first.
     pub last_s: f64,
+    /// The latest rows, not yet in the sums below.
+    part: PartSums,
     w: CompensatedSum,
     x: CompensatedSum,
     y: CompensatedSum,
@@ -39,18 +56,46 @@ pub(super) struct RegressionSums {
 impl RegressionSums {
     /// Takes the stamp of the next row, s from the first of the segment.
     pub fn add(&mut self, since_s: f64, weight: f64) {
-        let x = self.rows;
-        self.w.add(weight);
-        self.x.add(weight * x);
-        self.y.add(weight * since_s);
-        self.xx.add(weight * x * x);
-        self.xy.add(weight * x * since_s);
+        if self.part.rows == PART_ROWS {
+            self.join_part();
+        }
+        let part = &mut self.part;
+        if part.rows == 0.0 {
+            part.first_s = since_s;
+        }
+        let (x, y) = (part.rows, since_s - part.first_s);
+        part.w += weight;
+        part.x += weight * x;
+        part.y += weight * y;
+        part.xx += weight * x * x;
+        part.xy += weight * x * y;
+        part.rows += 1.0;
         self.rows += 1.0;
         self.last_s = since_s;
     }
 
+    /// Adds the latest rows: with `x = x₀ + x'` and `y = y₀ + y'` of the first of them.
+    fn join_part(&mut self) {
+        let part = std::mem::take(&mut self.part);
+        let (x0, y0) = (self.rows - part.rows, part.first_s);
+        self.w.add(part.w);
+        for x in [x0 * part.w, part.x] {
+            self.x.add(x);
+        }
+        for y in [y0 * part.w, part.y] {
+            self.y.add(y);
+        }
+        for xx in [x0 * x0 * part.w, 2.0 * x0 * part.x, part.xx] {
+            self.xx.add(xx);
+        }
+        for xy in [x0 * y0 * part.w, x0 * part.y, y0 * part.x, part.xy] {
+            self.xy.add(xy);
+        }
+    }
+
     /// `Σ w (x − x̄)²` and `Σ w (x − x̄)(y − ȳ)`.
-    pub fn centred(&self) -> (f64, f64) {
+    pub fn centred(mut self) -> (f64, f64) {
+        self.join_part();
         let mean = self.x.value() / self.w.value();
         (
             self.xx.value() - mean * self.x.value(),
@@ -59,7 +104,8 @@ impl RegressionSums {
     }
 
     /// Intercept of the line of a slope at the first row, s from its stamp.
-    pub fn offset(&self, slope: f64) -> f64 {
+    pub fn offset(mut self, slope: f64) -> f64 {
+        self.join_part();
         (self.y.value() - slope * self.x.value()) / self.w.value()
     }
 }

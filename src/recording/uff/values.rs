@@ -3,6 +3,7 @@
 use super::cursor::{UffCursor, is_delimiter};
 use super::header::{OrdinateType, UffHeader};
 use crate::base::error::Error;
+use crate::recording::decimal;
 
 /// Numbers of a set: abscissa where it is uneven, ordinate, imaginary parts where it is complex.
 #[derive(Debug, Default)]
@@ -111,7 +112,7 @@ fn number(line: &[u8]) -> Option<(f64, usize)> {
     if token[0] == b'*' || token.contains(&b'#') {
         return Some((f64::NAN, token.len()));
     }
-    let (mut value, mut used) = fast_float2::parse_partial::<f64, _>(token).ok()?;
+    let (mut value, mut used) = decimal::parse_prefix(token, b'.')?;
     let fortran = match &token[used..] {
         [b'D' | b'd', exponent @ ..] => Some((exponent, 1)),
         exponent @ [b'+' | b'-', a, b, c, ..]
@@ -127,7 +128,7 @@ fn number(line: &[u8]) -> Option<(f64, usize)> {
         let length = sign + digits.count();
         let mantissa = std::str::from_utf8(&token[..used]).ok()?;
         let exponent = std::str::from_utf8(&exponent[..length]).ok()?;
-        value = format!("{mantissa}E{exponent}").parse().ok()?;
+        value = decimal::parse(format!("{mantissa}E{exponent}").as_bytes(), b'.')?;
         used += mark + length;
     }
     Some((value, used))

@@ -1,41 +1,47 @@
-//! Data rows of a text log, parsed in blocks without allocation per row.
+//! Data rows of a text log, read by the block; the pieces of a block are parsed on several threads.
 
 mod faults;
 
-mod unparsed_line;
+mod rows;
 
-mod plain_rows;
+mod unparsed_line;
 
 use std::io::Read;
 
-use faults::{HINT_CELLS, RowError};
+use faults::RowError;
+use rows::Rows;
 use unparsed_line::UnparsedLine;
 
-use super::cells::{self, Cell, Separators};
-use super::columns::{ColumnPlan, ColumnRole};
+use super::cells::Separators;
+use super::columns::ColumnPlan;
 use super::encodings::TextEncoding;
+use super::time_stamps::StampParser;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::numeric::parallel;
 use crate::recording::raw::LineNumbers;
 use crate::recording::sample_column::SampleColumn;
 
-/// Bytes read at a time.
+/// Bytes of a piece, and of what is read first.
 pub const BLOCK: usize = 1 << 20;
 
 /// The longest line that is taken for a row, bytes.
 const MAX_LINE_LEN: usize = 64 << 20;
 
-/// Samples put in order before they go to their columns.
-const BATCH_SAMPLES: usize = 64 << 10;
+/// Pieces that a thread has at a time.
+const PIECES_PER_THREAD: usize = 2;
+
+/// Pieces of a block at most.
+const MAX_PIECES: usize = 32;
 
 /// Lines named in a report of missing cells.
 const MAX_LINES_LISTED: usize = 5;
 
-/// Samples and cell counts of one sink.
+/// Samples and cell counts of one sink; in a piece of the file its samples are in memory.
 #[derive(Debug, Default)]
-pub struct ColumnData {
+pub struct ColumnData<S = SampleColumn> {
     /// Samples read.
-    pub samples: SampleColumn,
+    pub samples: S,
     /// Cells that hold no number, overloads included.
     pub missing: usize,
     /// Cells that are an overload word.
@@ -74,18 +80,32 @@ pub struct RowReader<'p> {
     marks: Separators,
     coding: TextEncoding,
     body: TableData,
-    /// Samples row by row.
-    batch: Vec<f64>,
-    batch_rows: usize,
-    /// Sinks without a number in this row, with what they hold instead.
-    gaps: Vec<(usize, Cell)>,
-    /// Sinks with grouped thousands in this row.
-    groups: Vec<usize>,
     /// A line that is no row: an error if a row follows.
     no_row: Option<UnparsedLine>,
     /// The lines of words above the rows.
     header: Vec<&'p [u8]>,
     line: usize,
+}
+
+impl ColumnData {
+    /// Appends a piece behind `rows` rows and `lines` lines.
+    fn append(
+        &mut self,
+        part: &ColumnData<Vec<f64>>,
+        rows: usize,
+        lines: usize,
+    ) -> Result<(), Error> {
+        self.missing += part.missing;
+        self.overloads += part.overloads;
+        self.grouped += part.grouped;
+        let room = MAX_LINES_LISTED - self.lines.len();
+        self.lines
+            .extend(part.lines.iter().take(room).map(|line| lines + line));
+        if let Some(last) = part.samples.iter().rposition(|x| x.is_finite()) {
+            self.last_row_with_value = rows + last + 1;
+        }
+        self.samples.push(&part.samples)
+    }
 }
 
 impl<'p> RowReader<'p> {
@@ -110,10 +130,6 @@ impl<'p> RowReader<'p> {
                 sinks: (0..n).map(|_| ColumnData::default()).collect(),
                 ..TableData::default()
             },
-            batch: Vec::with_capacity(BATCH_SAMPLES + n),
-            batch_rows: 0,
-            gaps: Vec::new(),
-            groups: Vec::new(),
             no_row: None,
             header: lines.map(<[u8]>::trim_ascii).filter(words).collect(),
             line,
@@ -130,24 +146,22 @@ impl<'p> RowReader<'p> {
         whole: bool,
         rest: &mut dyn Read,
     ) -> Result<TableData, Error> {
+        let mut parsed = Vec::new();
         if whole {
-            self.lines(head, true)?;
-            return self.finish();
+            self.lines(head, true, &mut parsed)?;
+            return Ok(self.finish());
         }
+        let step = BLOCK * (PIECES_PER_THREAD * parallel::threads()).min(MAX_PIECES);
         let mut block = head.to_vec();
         let mut filled = block.len();
-        let mut step = BLOCK;
         loop {
-            if block.len() < filled + step {
-                block.resize(filled + step, 0);
-            }
+            block.resize(block.len().max(filled + step), 0);
             let n = read_full(rest, &mut block[filled..]).map_err(|e| read_error(self.path, &e))?;
             let ended = n < block.len() - filled;
             filled += n;
-            let used = self.lines_in_parallel(&block[..filled], ended)?;
-            step = plain_rows::block_len();
+            let used = self.lines(&block[..filled], ended, &mut parsed)?;
             if ended {
-                return self.finish();
+                return Ok(self.finish());
             }
             block.copy_within(used..filled, 0);
             filled -= used;
@@ -165,252 +179,131 @@ impl<'p> RowReader<'p> {
         }
     }
 
-    /// Takes the complete lines of a block; the last line is complete where the file has ended. Bytes used.
-    fn lines(&mut self, block: &[u8], ended: bool) -> Result<usize, Error> {
-        let mut at = 0;
-        while let Some(length) = memchr::memchr2(b'\n', b'\r', &block[at..]) {
-            let end = at + length;
-            let mut next = end + 1;
-            if block[end] == b'\r' {
-                match block.get(next) {
-                    Some(b'\n') => next += 1,
-                    // The line end may go on in the next block.
-                    None if !ended => return Ok(at),
-                    _ => {}
-                }
+    /// Takes the complete lines of a block, piece by piece through `parsed`; the last line is complete where the file has ended. Bytes
+    /// used.
+    fn lines(&mut self, block: &[u8], ended: bool, parsed: &mut Vec<Rows>) -> Result<usize, Error> {
+        let (pieces, used) = split(block, ended);
+        parsed.resize_with(parsed.len().max(pieces.len()), Rows::default);
+        let mut pieces: Vec<(&[u8], &mut Rows)> = pieces.into_iter().zip(&mut *parsed).collect();
+        // Stamps that depend on those before them are read in order.
+        let readers = &self.plan.accumulators;
+        let is_independent = readers.iter().all(StampParser::is_independent);
+        if is_independent {
+            parallel::for_each(&mut pieces, |(piece, rows)| self.parse(piece, rows));
+        }
+        for (piece, rows) in pieces {
+            if !is_independent {
+                self.parse(piece, rows);
             }
-            self.line(&block[at..end], true)?;
-            at = next;
+            self.take(piece, rows)?;
         }
-        if ended && at < block.len() {
-            self.line(&block[at..], false)?;
-            at = block.len();
+        let last = &block[used..];
+        if !ended || last.is_empty() {
+            return Ok(used);
         }
-        Ok(at)
+        let mut rows = Rows::default();
+        self.parse(last, &mut rows);
+        match self.is_cut_stamp(&rows) {
+            true => self.body.cut = Some((self.line, self.coding.text(last))),
+            false => self.take(last, &mut rows)?,
+        }
+        Ok(block.len())
     }
 
-    /// Takes a line; `ends` where a line end follows.
-    fn line(&mut self, line: &[u8], ends: bool) -> Result<(), Error> {
-        let number = self.line;
-        self.line += 1;
-        if line.trim_ascii().is_empty() {
-            return Ok(());
-        }
-        let kept = self.batch.len();
-        self.gaps.clear();
-        self.groups.clear();
-        match self.row(line) {
-            Ok(()) => {
-                if let Some(before) = self.no_row.take() {
-                    return Err(before.error);
-                }
-                // Beginning of a time stamp, where no other row holds a time alone.
-                if !ends && self.body.time_only_rows == 1 && self.is_time_only(kept) {
-                    self.batch.truncate(kept);
-                    self.body.time_only_rows = 0;
-                    self.body.cut = Some((number, self.coding.text(line)));
-                    return Ok(());
-                }
-                self.count_row(number)
-            }
-            Err(fault) => {
-                self.batch.truncate(kept);
-                self.no_row(&fault, line, number)
-            }
-        }
-    }
-
-    /// Reads one row to the end of the batch.
-    fn row(&mut self, line: &[u8]) -> Result<(), RowError> {
-        let blanks = self.marks.delimiter == b' ';
-        let end = if blanks {
-            line.trim_ascii_end().len()
-        } else {
-            line.len()
-        };
-        let line = &line[..end];
-        let base = self.batch.len();
-        self.batch.resize(base + self.plan.sinks.len(), f64::NAN);
-        let mut at = cells::skip_blanks_of(line, 0, self.marks.delimiter);
-        let mut column = 0;
-        let mut more = true;
-        while more {
-            let start = at;
-            let role = self.plan.roles.get(column).copied();
-            let next = match role {
-                Some(ColumnRole::Value(sink)) => match self.parse_plain(&line[start..]) {
-                    Some((value, length)) => {
-                        self.batch[base + sink] = value;
-                        start + length
-                    }
-                    None => self.parse_any(line, start, column, base)?,
-                },
-                _ => self.parse_any(line, start, column, base)?,
+    /// Takes the rows of a piece, and the lines in it that are none.
+    fn take(&mut self, mut piece: &[u8], rows: &mut Rows) -> Result<(), Error> {
+        loop {
+            self.append(rows)?;
+            let Some((fault, length)) = &rows.fault else {
+                return Ok(());
             };
-            more = next < line.len();
-            at = if blanks {
-                cells::skip_blanks(line, next)
-            } else {
-                next + 1
-            };
-            column += 1;
+            let (line, rest) = piece[rows.bytes..].split_at(*length);
+            let number = self.line;
+            self.line += 1;
+            self.no_row(fault, line, number)?;
+            piece = &rest[line_end_len(rest)..];
+            self.parse(piece, rows);
         }
-        if column < self.plan.required {
-            self.short_row(line, column, base)?;
-        }
-        Ok(())
     }
 
-    /// A plain number up to the next delimiter: its value and length.
-    #[inline]
-    fn parse_plain(&self, rest: &[u8]) -> Option<(f64, usize)> {
-        if self.marks.decimal != b'.' {
-            return None;
+    /// Appends rows to the columns.
+    fn append(&mut self, rows: &Rows) -> Result<(), Error> {
+        if rows.count > 0
+            && let Some(before) = self.no_row.take()
+        {
+            return Err(before.error);
         }
-        let (value, length) = fast_float2::parse_partial::<f64, _>(rest).ok()?;
-        let ends = match rest.get(length) {
-            None => true,
-            Some(b'\t') if self.marks.delimiter == b' ' => true,
-            Some(byte) => *byte == self.marks.delimiter,
-        };
-        (ends && value.is_finite()).then_some((value, length))
-    }
-
-    /// A cell of any kind; where it ends.
-    fn parse_any(
-        &mut self,
-        line: &[u8],
-        start: usize,
-        column: usize,
-        base: usize,
-    ) -> Result<usize, RowError> {
-        let end = cells::cell_end(line, start, self.marks.delimiter);
-        let cell = &line[start..end];
-        let Some(role) = self.plan.roles.get(column).copied() else {
-            return if cells::trim_cell(cell).is_empty() {
-                Ok(end)
-            } else {
-                Err(self.too_many(line, start..end))
-            };
-        };
-        match role {
-            ColumnRole::Skip => {}
-            ColumnRole::Time(sink, reader) => match self.plan.accumulators[reader].seconds(cell) {
-                Ok(Some(seconds)) => self.batch[base + sink] = seconds,
-                Ok(None) => self.gaps.push((sink, Cell::Missing)),
-                Err(trouble) => return Err(self.invalid_stamp(trouble, sink, cell, start..end)),
-            },
-            ColumnRole::Value(sink) => match cells::parse_cell(cell, self.marks.decimal) {
-                Cell::Number(value) => self.batch[base + sink] = value,
-                Cell::Thousands { value, .. } => {
-                    self.batch[base + sink] = value;
-                    self.groups.push(sink);
-                }
-                gap @ (Cell::Missing | Cell::Overload) => self.gaps.push((sink, gap)),
-                Cell::Complex(..) | Cell::Text => {
-                    return Err(self.not_a_number(sink, cell, start..end));
-                }
-            },
-            ColumnRole::Complex(sink) => match cells::parse_cell(cell, self.marks.decimal) {
-                Cell::Complex(re, im) => {
-                    self.batch[base + sink] = re;
-                    self.batch[base + sink + 1] = im;
-                }
-                Cell::Number(re) => {
-                    self.batch[base + sink] = re;
-                    self.batch[base + sink + 1] = 0.0;
-                }
-                gap @ (Cell::Missing | Cell::Overload) => {
-                    self.gaps.extend([(sink, gap), (sink + 1, gap)]);
-                }
-                _ => return Err(self.not_a_number(sink, cell, start..end)),
-            },
+        let (before, lines) = (self.body.rows, self.line);
+        for (filled, part) in self.body.sinks.iter_mut().zip(&rows.columns) {
+            filled.append(part, before, lines)?;
         }
-        Ok(end)
-    }
-
-    /// A row with too few cells: right where it holds nothing but a time.
-    fn short_row(&mut self, line: &[u8], cells: usize, base: usize) -> Result<(), RowError> {
-        let only_time = cells == 1
-            && matches!(self.plan.roles.first(), Some(ColumnRole::Time(sink, _)) if self.batch[base + sink].is_finite());
-        if !only_time {
-            let required = self.plan.required;
-            return Err(RowError {
-                code: Code::RaggedRow,
-                message: format!(
-                    "the row has {cells} cells where the rows before it have {required}"
-                ),
-                span: 0..line.len(),
-                label: format!("{cells} cells"),
-                hint: HINT_CELLS,
-            });
-        }
-        self.body.time_only_rows += 1;
-        for sink in 0..self.plan.sinks.len() {
-            if self.plan.sinks[sink].reader.is_none() {
-                self.gaps.push((sink, Cell::Missing));
+        self.body.lines.append(&rows.lines, before, lines);
+        for (own, read) in self.plan.accumulators.iter_mut().zip(&rows.stamps) {
+            match own.is_independent() {
+                true => own.merge(read),
+                false => own.clone_from(read),
             }
         }
+        self.body.rows += rows.count;
+        self.body.time_only_rows += rows.time_only;
+        self.line += rows.line_count;
         Ok(())
     }
 
-    /// Whether the row at the end of the batch, from `base` on, holds a time and no value.
-    fn is_time_only(&self, base: usize) -> bool {
-        let sinks = self.plan.sinks.iter().zip(&self.batch[base..]);
-        sinks
-            .filter(|(sink, _)| sink.reader.is_none())
-            .all(|(_, x)| x.is_nan())
+    /// Whether the last line of the file, which no line end follows, is the beginning of a time stamp: no other row holds a time alone.
+    fn is_cut_stamp(&self, last: &Rows) -> bool {
+        let both = self.plan.sinks.iter().zip(&last.columns);
+        let mut channels = both.filter(|(sink, _)| sink.reader.is_none());
+        last.count == 1
+            && self.no_row.is_none()
+            && self.body.time_only_rows + last.time_only == 1
+            && channels.all(|(_, column)| column.samples[0].is_nan())
     }
 
-    /// Counts the row that was just read.
-    fn count_row(&mut self, line: usize) -> Result<(), Error> {
-        self.body.lines.push(self.body.rows, line);
-        self.body.rows += 1;
-        self.batch_rows += 1;
-        for &(sink, what) in &self.gaps {
-            let filled = &mut self.body.sinks[sink];
-            filled.missing += 1;
-            filled.overloads += usize::from(what == Cell::Overload);
-            if filled.lines.len() < MAX_LINES_LISTED {
-                filled.lines.push(line);
-            }
-        }
-        for &sink in &self.groups {
-            self.body.sinks[sink].grouped += 1;
-        }
-        if self.batch.len() >= BATCH_SAMPLES {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    /// Moves the batch to the columns.
-    fn flush(&mut self) -> Result<(), Error> {
-        let width = self.plan.sinks.len();
-        let before = self.body.rows - self.batch_rows;
-        let mut samples = Vec::with_capacity(self.batch_rows);
-        for (sink, filled) in self.body.sinks.iter_mut().enumerate() {
-            samples.clear();
-            samples.extend(self.batch.iter().skip(sink).step_by(width));
-            if let Some(last) = samples.iter().rposition(|x: &f64| x.is_finite()) {
-                filled.last_row_with_value = before + last + 1;
-            }
-            filled.samples.push(&samples)?;
-        }
-        self.batch.clear();
-        self.batch_rows = 0;
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<TableData, Error> {
-        self.flush()?;
+    fn finish(mut self) -> TableData {
         if let Some(last) = self.no_row.take() {
             match last.is_cut {
                 true => self.body.cut = Some((last.line, last.text)),
                 false => self.body.footer = Some((last.count, last.line, last.text)),
             }
         }
-        Ok(self.body)
+        self.body
+    }
+}
+
+/// Pieces of [`BLOCK`] bytes and the rest of a line, and how many bytes they have together: what follows the last line end is in none.
+fn split(block: &[u8], ended: bool) -> (Vec<&[u8]>, usize) {
+    let mut pieces = Vec::new();
+    let mut used = 0;
+    loop {
+        let rest = &block[used..];
+        let end = match rest.get(BLOCK..) {
+            Some(beyond) => memchr::memchr2(b'\n', b'\r', beyond).map(|at| BLOCK + at),
+            None => None,
+        };
+        let last = || memchr::memrchr2(b'\n', b'\r', rest);
+        let Some(mut end) = end.or_else(last) else {
+            return (pieces, used);
+        };
+        // The line end may go on in the next block.
+        if !ended && end + 1 == rest.len() && rest[end] == b'\r' {
+            match memchr::memrchr2(b'\n', b'\r', &rest[..end]) {
+                Some(before) => end = before,
+                None => return (pieces, used),
+            }
+        }
+        let end = end + line_end_len(&rest[end..]);
+        pieces.push(&rest[..end]);
+        used += end;
+    }
+}
+
+/// Bytes of the line end at the front of a text: LF, CR, or both.
+fn line_end_len(text: &[u8]) -> usize {
+    match text {
+        [b'\r', b'\n', ..] => 2,
+        [b'\r' | b'\n', ..] => 1,
+        _ => 0,
     }
 }
 
