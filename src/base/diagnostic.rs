@@ -301,7 +301,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "few-averages",
         Warning,
-        "The variance is known to a factor of two at best, and the intervals with it.",
+        "The variance is known to a factor of two at best, and the intervals with it; of fewer than three and a half averages no interval is stated.",
     ),
     (
         "coherent-inputs",

@@ -16,6 +16,7 @@ mod operational;
 mod rational_fit;
 mod rotation;
 mod shipped_recordings;
+mod short_noise;
 mod spectra;
 mod time_series;
 mod transfer_functions;

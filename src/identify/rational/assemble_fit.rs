@@ -1,11 +1,13 @@
 //! Conversion of a search result to SI: poles, residues, residual terms, misfit, accepted modes.
 
+use std::f64::consts::TAU;
+
 use crate::base::error::Diagnostic;
 use crate::base::quantity::format_number;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 
-use super::basis::ScaledPole;
+use super::basis::{ScaledPole, residue};
 use super::groups::{GroupMean, MIN_HITS};
 use super::mode_acceptance::{
     AT_END, CANCELLED, ModeCandidate, UNREPEATED, may_explain_peak, rejection_reason,
@@ -13,6 +15,7 @@ use super::mode_acceptance::{
 use super::random_effects::{PooledMean, student_factor};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
+use super::widening::{Smearing, estimated_weights_factor, leakage_shifts};
 use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
 use crate::numeric::sorting::sort_rising;
 
@@ -105,6 +108,36 @@ pub(super) fn assemble_fit(
         }
         fit.fit_error[i] = fit_error(&result, lines, at);
     }
+    let shifts = match measured.smearing_hz > 0.0 {
+        true => {
+            let averages = measured.variance_dof.unwrap_or(f64::INFINITY);
+            let smearing = Smearing {
+                spread: measured.smearing_hz * TAU / lines.max_omega,
+                residual: 2.0 * lines.independence * averages,
+            };
+            leakage_shifts(&result.problems, &result.fit, numerators, smearing)
+        }
+        false => vec![(0.0, 0.0); poles.len()],
+    };
+    // What the estimation adds to the interval says nothing of whether a pole is a mode.
+    let stated = |mode: ModalParameters, r: usize| {
+        let across = lines.independence * 2.0 * poles[r].sigma / lines.step;
+        let factor = match measured.variance_dof {
+            Some(dof) => estimated_weights_factor(dof, across),
+            None => Some(1.0),
+        };
+        // The shift by leakage has the same sign in every record, so that standard deviations add.
+        let widened = |c: [f64; 3], factor: f64| {
+            let [re, im, both] = c.map(|v| v * factor * factor);
+            let wider =
+                |v: f64, shift: f64| (v.max(0.0).sqrt() + shift.abs() * lines.max_omega).powi(2);
+            [wider(re, shifts[r].1), wider(im, shifts[r].0), both]
+        };
+        ModalParameters {
+            pole_covariance: (mode.pole_covariance.zip(factor)).map(|(c, f)| widened(c, f)),
+            ..mode
+        }
+    };
     let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
     let mut accepted: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
     let mut needless: Vec<(f64, usize)> = Vec::new();
@@ -152,9 +185,9 @@ pub(super) fn assemble_fit(
             unexplained: departs && per_dof > MAX_MISFIT_RATIO,
         };
         match rejection_reason(&candidate) {
-            None => accepted.push((mode, departure)),
+            None => accepted.push((stated(mode, r), departure)),
             Some(CANCELLED) if may_explain_peak(&candidate) => {
-                cancelling.push((mode, departure));
+                cancelling.push((stated(mode, r), departure));
             }
             Some(reason) => {
                 let others =
@@ -293,16 +326,6 @@ pub(super) fn coefficients(result: &SearchResult, responses: usize) -> Vec<Vec<f
         }
     }
     all
-}
-
-/// `(a|p| + b p)/(2j Im p)` in units of the highest line.
-pub(super) fn residue(c: &[f64], pole: &ScaledPole, r: usize, numerators: usize) -> Complex {
-    let p = pole.value();
-    let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
-    if numerators == 2 {
-        top += p * c[r * numerators + 1];
-    }
-    top / Complex::new(0.0, 2.0 * p.im)
 }
 
 /// The largest component is 1.

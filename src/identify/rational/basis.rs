@@ -187,6 +187,16 @@ fn inverse(pole: &ScaledPole, x: f64) -> Complex {
     Complex::new(re / square, -im / square)
 }
 
+/// `(a|p| + b p)/(2j Im p)` in units of the highest line.
+pub(super) fn residue(c: &[f64], pole: &ScaledPole, r: usize, numerators: usize) -> Complex {
+    let p = pole.value();
+    let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
+    if numerators == 2 {
+        top += p * c[r * numerators + 1];
+    }
+    top / Complex::new(0.0, 2.0 * p.im)
+}
+
 /// Real part to row `k`, imaginary part to row `n + k`.
 pub(super) fn set_complex(column: &mut [f64], k: usize, n: usize, value: Complex) {
     column[k] = value.re;

@@ -51,6 +51,8 @@ mod search;
 
 mod mode_acceptance;
 
+mod widening;
+
 mod assemble_fit;
 
 mod repeatability;
@@ -71,9 +73,12 @@ pub struct FrfData<'a> {
     pub responses: &'a [Vec<Complex>],
     /// `E|error|²` of each value, where known.
     pub variance: Option<&'a [Vec<f64>]>,
-    /// The variance is known and not itself an estimate from few averages: single lines are then trusted, and the covariance is scaled by
-    /// the misfit only if the excess is significant.
-    pub variance_trusted: bool,
+    /// Complex degrees of freedom of each variance, infinite where it is known: single lines are then trusted, and the covariance is scaled
+    /// by the misfit only if the excess is significant. `None` where it is an estimate of unknown certainty.
+    pub variance_dof: Option<f64>,
+    /// Standard deviation of the frequencies that the window of averaged blocks of noise joins in a line, Hz: it makes damping appear
+    /// larger. 0 without a window.
+    pub smearing_hz: f64,
     /// Number of independent noise samples a line holds: 1 for independent lines, below where a window or overlap makes neighbours alike
     /// (two thirds with a Hann window). Above 0, at most 1.
     pub line_independence: f64,
@@ -349,7 +354,7 @@ fn fit_with(
         Some(each) => (each, Some(lines.average_of(each))),
         None => (&lines, None),
     };
-    let trusted = measured.variance_trusted && by_hit.is_none();
+    let trusted = measured.variance_dof == Some(f64::INFINITY) && by_hit.is_none();
     let mut found = search::search(
         searched,
         average.as_ref(),

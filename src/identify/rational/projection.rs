@@ -361,6 +361,16 @@ pub(super) fn refine(
     best
 }
 
+/// The undamped step to the least χ² by the residuals of a fit, over `(w/σ, ln σ)` of every pole; `None` where the equations are singular.
+pub(super) fn step_to(
+    problems: &[impl Borrow<WhitenedProblem>],
+    fit: &ModelFit,
+    numerators: usize,
+) -> Option<Vec<f64>> {
+    let normal = normal(problems, &fit.model, numerators, &fit.fits);
+    step(&normal, 0.0).map(|(step, _)| step)
+}
+
 /// A damped step and the fall of χ² it predicts; `None` where the equations are singular.
 fn step(normal: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
     let n = normal.g.len();

@@ -5,7 +5,8 @@
 
 use crate::numeric::Complex;
 
-use super::assemble_fit::{coefficients, residue};
+use super::assemble_fit::coefficients;
+use super::basis::residue;
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
 

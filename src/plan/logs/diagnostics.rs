@@ -225,9 +225,15 @@ pub fn check_modes(
     }
     all.extend(check_line_count(responses, estimated_responses, modes));
     if let Some(n) = responses.averages.filter(|n| *n < MIN_AVERAGES && *n > 1.0) {
-        let message = format!(
-            "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
-        );
+        let has_intervals = modes.iter().any(|m| m.pole_covariance.is_some());
+        let message = match has_intervals || modes.is_empty() {
+            true => format!(
+                "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
+            ),
+            false => format!(
+                "{n:.1} independent averages: too few for intervals of the modes, which are not stated"
+            ),
+        };
         all.push(warning(
             "few-averages",
             message,

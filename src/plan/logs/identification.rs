@@ -455,12 +455,12 @@ fn identify_responses(
     diagnostics.extend(diagnostics::check_response_kinds(&responses));
     diagnostics.extend(diagnostics::check_stated_kind(&responses, study.derivative));
     let start = Instant::now();
-    let by_hit = estimated_responses.as_ref().map_or(&[][..], |a| &a.by_hit);
     let fit = match method {
         IdentificationMethod::Rational
         | IdentificationMethod::VectorFitting
         | IdentificationMethod::Aaa => {
-            Some(fit_rational(method, &responses, by_hit, band_hz, study)?)
+            let estimated = estimated_responses.as_ref();
+            Some(fit_rational(method, &responses, estimated, band_hz, study)?)
         }
         _ => None,
     };

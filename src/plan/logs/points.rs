@@ -306,6 +306,7 @@ impl<'a> Points<'a> {
                 .iter()
                 .map(|a| a.smearing_limit_lines)
                 .fold(0.0, f64::max),
+            smearing_hz: all.iter().map(|a| a.smearing_hz).fold(0.0, f64::max),
             diagnostics: Vec::new(),
         };
         for (point, estimated_responses) in self.0.iter().zip(all) {

@@ -1,6 +1,7 @@
 //! A rational fit of measured responses: the lines known, hit by hit where there are hits, of the kind that fits better where none is
 //! stated.
 
+use super::frf_estimation::EstimatedResponses;
 use super::identification_result::IdentifiedMode;
 use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
@@ -140,7 +141,7 @@ fn residual_delay_warning(
 pub fn fit_rational(
     method: IdentificationMethod,
     responses: &FrequencyResponses,
-    by_hit: &[HitResponses],
+    estimated: Option<&EstimatedResponses>,
     band: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<RationalFit, Error> {
@@ -165,7 +166,13 @@ pub fn fit_rational(
         let all = hit.value.iter();
         all.map(|h| known.iter().map(|&k| h[k]).collect()).collect()
     };
+    let by_hit = estimated.map_or(&[][..], |e| &e.by_hit);
     let few_hits = few_hits(by_hit.len());
+    // Each average takes one degree of freedom, and each input of them gives one back; hits have a variance of their own.
+    let inputs = responses.index_matrix()[0].len() as f64;
+    let variance_dof = (responses.averages)
+        .map(|averages| averages - inputs)
+        .filter(|dof| *dof > 0.0 && by_hit.len() < 2);
     let joined = by_hit.iter().map(|hit| hit.hits.len()).sum::<usize>() as f64;
     let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
     let hits = (by_hit.len() > 1).then_some(ResponsesByHit {
@@ -185,7 +192,8 @@ pub fn fit_rational(
             frequency_hz: &lines,
             responses: &values,
             variance: variance.as_deref(),
-            variance_trusted: false,
+            variance_dof,
+            smearing_hz: estimated.map_or(0.0, |e| e.smearing_hz),
             line_independence: responses.independent_lines_per_line.unwrap_or(1.0),
             derivative,
             hits,

@@ -10,7 +10,7 @@ use crate::recording::frequency_responses::FrequencyResponses;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimator};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
-use crate::spectrum::window::{Window, line_correlation};
+use crate::spectrum::window::{Window, line_correlation, smearing_lines};
 
 /// Default minimum number of blocks: enough for a variance.
 const MIN_DEFAULT_BLOCKS: usize = 16;
@@ -20,6 +20,9 @@ const MAX_DEFAULT_BLOCK: usize = 1 << 16;
 
 /// A resonance narrower than so many lines is smeared by the window of averaged blocks.
 const WINDOW_SMEARING_LINES: f64 = 3.0;
+
+/// Samples of a window, for what does not depend on their number.
+const WINDOW_SAMPLES: usize = 256;
 
 /// Samples that have a spectrum, at least.
 const MIN_SAMPLES: usize = 4;
@@ -101,6 +104,7 @@ pub(super) fn estimate_from_blocks(
             has_unresolved_pulses: false,
             finest_resolution_hz: Some(nearest_hz),
             smearing_limit_lines: smeared_lines,
+            smearing_hz: 0.0,
             diagnostics: estimate.diagnostics,
             spectra: Some(spectra),
         });
@@ -132,6 +136,8 @@ pub(super) fn estimate_from_blocks(
         has_unresolved_pulses: false,
         finest_resolution_hz: None,
         smearing_limit_lines: WINDOW_SMEARING_LINES,
+        smearing_hz: smearing_lines(&options.window.samples(WINDOW_SAMPLES)) * recording.rate_hz
+            / options.block as f64,
         diagnostics: estimate.diagnostics,
         spectra: Some(spectra),
     })
@@ -193,9 +199,8 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
 
 /// Independent lines' worth of noise in a line under a window: 1/Σ|ρ_m|² over the correlations of neighbours.
 pub(super) fn independent_lines_per_line(window: Window) -> f64 {
-    const SAMPLES: usize = 256;
     const REACH: usize = 12;
-    let w = window.samples(SAMPLES);
+    let w = window.samples(WINDOW_SAMPLES);
     let own = line_correlation(&w, 0).norm();
     let sum: f64 = (1..=REACH)
         .map(|m| (line_correlation(&w, m).norm() / own).powi(2))

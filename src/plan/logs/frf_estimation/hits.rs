@@ -133,6 +133,7 @@ pub(super) fn estimate_from_hits(
         spectra: None,
         finest_resolution_hz: None,
         smearing_limit_lines: 0.0,
+        smearing_hz: 0.0,
         diagnostics: found.estimate.diagnostics,
     })
 }

@@ -86,6 +86,8 @@ pub struct EstimatedResponses {
     pub finest_resolution_hz: Option<f64>,
     /// Resonances narrower than so many lines are smeared: none by a hit whose response has decayed, nor by a dwell.
     pub smearing_limit_lines: f64,
+    /// Standard deviation of the frequencies that the window of averaged blocks joins in a line, Hz; 0 without a window.
+    pub smearing_hz: f64,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -218,6 +220,7 @@ fn estimate_from_dwells(
         spectra: None,
         finest_resolution_hz: None,
         smearing_limit_lines: 0.0,
+        smearing_hz: 0.0,
         diagnostics,
     })
 }
