@@ -41,6 +41,8 @@ impl ActiveFlank {
 pub struct OperatingPoint {
     /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
     pub contacts: Vec<(usize, ActiveFlank, Option<f64>)>,
+    /// Meshes without play whose mean force presses the coast flank, which has a direction of its own.
+    pub coast: Vec<usize>,
     /// Nonlinear branches, as tangent stiffnesses.
     pub tangents: Vec<TangentStiffness>,
 }
@@ -59,10 +61,14 @@ pub struct TangentStiffness {
 impl OperatingPoint {
     /// The state of a branch; those without play are always closed.
     pub fn state(&self, branch: usize) -> ActiveFlank {
+        let closed = match self.coast.contains(&branch) {
+            true => ActiveFlank::Coast,
+            false => ActiveFlank::Drive,
+        };
         self.contacts
             .iter()
             .find(|c| c.0 == branch)
-            .map_or(ActiveFlank::Drive, |c| c.1)
+            .map_or(closed, |c| c.1)
     }
 
     /// The stiffness that small motions find in a branch, where it is not linear.
@@ -71,8 +77,9 @@ impl OperatingPoint {
         found.map(|t| t.stiffness)
     }
 
-    /// Finds the state of every contact with play and the force in what is not linear. Without loads all contacts stand closed
-    /// on the drive flank, and characteristics at rest.
+    /// Finds the state of every contact with play, the flanks that meshes without play press, and the force in what is not linear. Without
+    /// loads all contacts stand closed on the drive flank, and characteristics at rest; so do meshes without play of machines with more than
+    /// 2 000 degrees of freedom.
     ///
     /// # Errors
     /// No state of the contacts balances the loads; forces in what is not linear that do not settle.
@@ -80,19 +87,44 @@ impl OperatingPoint {
         let playing = playing_branches(machine);
         let curved = |b: &&Branch| b.characteristic.is_some();
         let is_linear = !machine.branches.iter().any(|b| curved(&b));
-        if machine.loads.is_empty() || (playing.is_empty() && is_linear) {
+        let has_flanks = has_closed_flanks(machine, kinematics);
+        if machine.loads.is_empty() || (playing.is_empty() && is_linear && !has_flanks) {
             let contacts = playing
                 .into_iter()
                 .map(|b| (b, ActiveFlank::Drive, None))
                 .collect();
             let at_rest = machine.branches.iter().enumerate();
             let tangents = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
-            return Ok(OperatingPoint { contacts, tangents });
+            return Ok(OperatingPoint {
+                contacts,
+                coast: Vec::new(),
+                tangents,
+            });
         }
         let mut search = ContactSearch::new(machine, kinematics, playing, &[])?;
         let forces = search.solve_equilibrium()?;
         Ok(search.operating_point(&forces))
     }
+
+    /// Meshes without play whose mean force presses the coast flank; see [`OperatingPoint::coast`].
+    ///
+    /// # Errors
+    /// As [`OperatingPoint::solve`].
+    pub fn coast_of_closed_meshes(
+        machine: &Machine,
+        kinematics: &Kinematics,
+    ) -> Result<Vec<usize>, Error> {
+        match has_closed_flanks(machine, kinematics) {
+            true => Ok(OperatingPoint::solve(machine, kinematics)?.coast),
+            false => Ok(Vec::new()),
+        }
+    }
+}
+
+/// Whether meshes without play have flanks of different directions, in a machine small enough to find the pressed ones.
+fn has_closed_flanks(machine: &Machine, kinematics: &Kinematics) -> bool {
+    let mut meshes = machine.branches.iter().filter(|b| b.backlash == 0.0);
+    kinematics.independent_dofs.len() <= MAX_DENSE_DOFS && meshes.any(|b| b.coast.is_some())
 }
 
 /// Static forces under the mean loads.
@@ -145,6 +177,14 @@ fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness>
     })
 }
 
+/// Degrees of freedom for which the operating point is solved at most.
+const MAX_DENSE_DOFS: usize = 2000;
+
+/// A force this small is rounding of a branch that carries nothing.
+fn idle_force(forces: &[f64]) -> f64 {
+    1e-9 * forces.iter().fold(0.0f64, |m, f| m.max(f.abs()))
+}
+
 /// Share of its stiffness that an open contact keeps in the search: without a force it rests in the middle of its play, and with one it is
 /// pushed out of it.
 const OPEN_STIFFNESS_RATIO: f64 = 1e-9;
@@ -174,7 +214,7 @@ impl<'a> ContactSearch<'a> {
         held: &[usize],
     ) -> Result<ContactSearch<'a>, Error> {
         let n = kinematics.independent_dofs.len();
-        if n > 2000 {
+        if n > MAX_DENSE_DOFS {
             let message = format!(
                 "the operating point of {n} degrees of freedom with play would need a dense solve of that size"
             );
@@ -290,8 +330,14 @@ impl<'a> ContactSearch<'a> {
             (s.play > 0.0).then_some((s.branch, s.state, Some(force)))
         };
         let springs = || self.springs.iter().zip(forces);
+        let idle = idle_force(forces);
+        let presses_coast =
+            |s: &ContactSpring, f: f64| s.play == 0.0 && s.part.coast.is_some() && f < -idle;
         OperatingPoint {
             contacts: springs().filter_map(contact).collect(),
+            coast: springs()
+                .filter_map(|(s, &f)| presses_coast(s, f).then_some(s.branch))
+                .collect(),
             tangents: springs()
                 .filter_map(|(s, &f)| tangent(s.branch, s.part, f))
                 .collect(),
@@ -301,8 +347,7 @@ impl<'a> ContactSearch<'a> {
     fn find_active_flanks(&mut self) -> Result<Vec<f64>, Error> {
         // The first answer, all closed and centred, decides the flanks of a tree once and for all.
         let forces = self.forces(true)?;
-        let largest = forces.iter().fold(0.0f64, |m, f| m.max(f.abs()));
-        let idle = 1e-9 * largest; // relative; a force this small is rounding of a branch that carries nothing
+        let idle = idle_force(&forces);
         for (spring, &force) in self.springs.iter_mut().zip(&forces) {
             if spring.play > 0.0 {
                 spring.state = state_of(force, idle);

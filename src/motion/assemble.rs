@@ -22,7 +22,7 @@ use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::machine::mesh_cycle;
-use crate::machine::operating_point::OperatingPoint;
+use crate::machine::operating_point::{ActiveFlank, OperatingPoint};
 use crate::machine::spin::SpinTerms;
 use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
@@ -38,6 +38,7 @@ type WaveShape = (Waveform, Option<Arc<LoadTable>>);
 struct Assembler<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
+    operating: OperatingPoint,
     model: LinearModel,
     /// Mean speed of every degree of freedom, rad/s, where the file states any.
     speeds: Option<&'a [f64]>,
@@ -56,11 +57,17 @@ pub fn assemble(
     begin: &InitialConditions,
     speeds: Option<&[f64]>,
 ) -> Result<AssembledModel, Error> {
-    let model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
+    // Contacts with play open and close in the motion; meshes without play push along the flank that the mean loads press.
+    let operating = OperatingPoint {
+        coast: OperatingPoint::coast_of_closed_meshes(machine, kinematics)?,
+        ..OperatingPoint::default()
+    };
+    let model = LinearModel::new(machine, kinematics, &operating)?;
     check_supported(machine, &model)?;
     let site = Assembler {
         machine,
         kinematics,
+        operating,
         model,
         speeds,
         phase: begin.phase,
@@ -277,6 +284,7 @@ impl Assembler<'_> {
                 angle_waves: followed,
             }
         };
+        let pressed = usize::from(self.operating.state(lb.index) == ActiveFlank::Coast);
         if let Some(characteristic) = part.characteristic.clone() {
             let law = ForceLaw::Nonlinear {
                 characteristic,
@@ -289,7 +297,7 @@ impl Assembler<'_> {
                 stiffness: lb.stiffness,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law, 0)]);
+            return Ok(vec![make(lb.direction.clone(), law, pressed)]);
         }
         let contact_damping = self.losses(part, damping)?;
         let contact = |flanks: ActiveFlanks| {
@@ -308,7 +316,11 @@ impl Assembler<'_> {
                     make(self.reduced(coast), contact(ActiveFlanks::Coast), 1),
                 ]
             }
-            _ => vec![make(lb.direction.clone(), contact(ActiveFlanks::Both), 0)],
+            _ => vec![make(
+                lb.direction.clone(),
+                contact(ActiveFlanks::Both),
+                pressed,
+            )],
         })
     }
 

@@ -60,8 +60,13 @@ pub fn f_sf(x: f64, d1: f64, d2: f64) -> f64 {
     FisherSnedecor::new(d1, d2).map_or(f64::NAN, |d| d.sf(x))
 }
 
-/// The value Student's t of `dofs` stays below with probability `p`.
+/// The value Student's t of `dofs` stays below with probability `p`; of very many the first two terms of its series about the normal
+/// one (Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, eq. 26.7.5).
 pub fn student_t_quantile(p: f64, dofs: f64) -> f64 {
+    if dofs > 1e4 {
+        let z = normal_quantile(p);
+        return z + (z * z * z + z) / (4.0 * dofs);
+    }
     StudentsT::new(0.0, 1.0, dofs).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
 }
 

@@ -136,10 +136,7 @@ fn declared_errors(
     unit: &[f64],
     known: &[ExcitationOrder],
 ) -> Vec<OrderExcitation> {
-    let flank = |branch: usize| {
-        let state = operating.contacts.iter().find(|c| c.0 == branch);
-        usize::from(state.is_some_and(|c| c.1 == ActiveFlank::Coast))
-    };
+    let flank = |branch: usize| usize::from(operating.state(branch) == ActiveFlank::Coast);
     let mut all = Vec::new();
     for error in &machine.errors {
         let carried = error.carrier.map_or(0.0, |c| unit[c]);

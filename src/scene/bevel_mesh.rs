@@ -84,6 +84,11 @@ impl BevelMesh {
         let path = pair
             .path_near_teeth(PITCHES.max(bevel.contact.pitches), positions)
             .ok_or_else(|| refused("the flanks do not touch near the middle of their teeth"))?;
+        if pair.removed_at(&path.reference).is_some() {
+            return Err(refused(
+                "undercut removes a flank where the flanks would touch",
+            ));
+        }
         let forces = ContactForces::of(&pair, &path.reference);
         let levers = forces.levers;
         let te: Option<Vec<f64>> = (0..positions)

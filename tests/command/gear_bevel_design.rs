@@ -47,9 +47,9 @@ impl Design {
         };
         format!(
             "pair = {{ kind = \"bevel\", shaft_angle = \"{shaft_angle} deg\" }}\n\
-             blank = {{ standard = \"ISO 23509\", method = 0, spiral_angle = \"35 deg\", outer_pitch_diameter = \"176.893 mm\", face_width = \"25.4 mm\", cutter_radius = \"114.3 mm\", pressure_angle = \"20 deg\", {angles}, addendum_factor = 0.24737, thickness_factor = 0.0915, limit_influence = 0, backlash = \"0.127 mm\" }}\n\
              [pinion]\nteeth = {z1}\nhand = \"{hand}\"\nspiral_angle = \"35 deg\"\nmean_normal_thickness = \"6.46 mm\"\n{}\
-             [gear]\nteeth = {z2}\n{gear}spiral_angle = \"{spiral_angle} deg\"\nmean_normal_thickness = \"{thickness} mm\"\n{}",
+             [gear]\nteeth = {z2}\n{gear}spiral_angle = \"{spiral_angle} deg\"\nmean_normal_thickness = \"{thickness} mm\"\n\
+             blank = {{ standard = \"ISO 23509\", method = 0, spiral_angle = \"35 deg\", outer_pitch_diameter = \"176.893 mm\", face_width = \"25.4 mm\", cutter_radius = \"114.3 mm\", pressure_angle = \"20 deg\", {angles}, addendum_factor = 0.24737, thickness_factor = 0.0915, limit_influence = 0, backlash = \"0.127 mm\" }}\n{}",
             flanks(115.8, 112.8),
             flanks(115.3, 113.3),
         )
@@ -108,10 +108,10 @@ fn exact_formate_flanks_of_flat_gears() {
 #[test]
 fn exact_mirrored_hypoid() {
     let text = "pair = { kind = \"bevel\", shaft_angle = \"90 deg\", offset = \"15 mm\" }\n\
-        blank = { standard = \"ISO 23509\", method = 1, pinion_spiral_angle = \"50 deg\", outer_pitch_diameter = \"170 mm\", face_width = \"25 mm\", cutter_radius = \"63.5 mm\", pressure_angle = \"20 deg\", addendum_angle = \"1 deg\", dedendum_angle = \"4 deg\", addendum_factor = 0.35, thickness_factor = 0.1, limit_influence = 1, backlash = \"0.1266 mm\" }\n\
         [pinion]\nteeth = 13\nhand = \"left\"\nspiral_angle = \"50 deg\"\n\
         concave = { cutter = { point_radius = \"65 mm\", blade_angle = \"18.088495 deg\" } }\n\
         [gear]\nteeth = 42\nspiral_angle = \"38.969849 deg\"\n\
+        blank = { standard = \"ISO 23509\", method = 1, pinion_spiral_angle = \"50 deg\", outer_pitch_diameter = \"170 mm\", face_width = \"25 mm\", cutter_radius = \"63.5 mm\", pressure_angle = \"20 deg\", addendum_angle = \"1 deg\", dedendum_angle = \"4 deg\", addendum_factor = 0.35, thickness_factor = 0.1, limit_influence = 1, backlash = \"0.1266 mm\" }\n\
         convex = { cutter = { point_radius = \"62.5 mm\", blade_angle = \"18.088495 deg\" } }\n";
     let folder = tempfile::tempdir().unwrap();
     let places = ["left", "right"].map(|hand| {

@@ -370,13 +370,10 @@ fn law_universal_responses_give_the_same_modes() {
     let folder = folder.path();
     log(folder);
     let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/data/spindle_impact.csv");
-    type Tolerances = [(&'static str, f64); 3];
-    let by_hit: Tolerances = [
-        ("frequency_hz", 1e-4),
-        ("damping_ratio", 1e-2),
-        ("frequency_std_hz", 10.0),
-    ];
-    let average: Tolerances = [
+    type Tolerances = &'static [(&'static str, f64)];
+    // Three hits: their scatter gives intervals, averages of three do not.
+    let by_hit: Tolerances = &[("frequency_hz", 1e-4), ("damping_ratio", 1e-2)];
+    let average: Tolerances = &[
         ("frequency_hz", 1e-6),
         ("damping_ratio", 1e-4),
         ("frequency_std_hz", 0.05),
@@ -401,7 +398,10 @@ fn law_universal_responses_give_the_same_modes() {
                 "{file} {key}: {a:?} {b:?}"
             );
             for (a, b) in a.iter().zip(&b) {
-                assert!((a / b - 1.0).abs() < tolerance, "{file} {key}: {a} and {b}");
+                assert!(
+                    (a / b - 1.0).abs() < *tolerance,
+                    "{file} {key}: {a} and {b}"
+                );
             }
         }
         assert_eq!(one["window_decay_1_s"], two["window_decay_1_s"]);

@@ -289,7 +289,7 @@ fn exact_steady_start_on_either_flank() {
             let scene = "model = \"m.toml\"\nstart = { at = \"steady\" }\n[[study]]\nkind = \"simulate\"\nuntil = \"0.02 s\"\noutput = [\"p.force\"]\n";
             let scene = put(folder.path(), "s.toml", scene);
             let found = document(&["simulate", scene.to_str().unwrap(), "--json"]);
-            let readings = &found["readings"]["p.force"];
+            let readings = &found["readings"]["p.force_n"];
             let exact = torque / (0.03 * 20_f64.to_radians().cos());
             for key in ["least", "greatest"] {
                 let force = readings[key].as_f64().unwrap();

@@ -331,7 +331,7 @@ fn held(path: &Path, play: &str, torque: f64) -> [f64; 2] {
     let text = format!(
         "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n\
          inertia = [{}, {}]\nbearing = [{}, {}]\n\
-         gear_pair = [{{ name = \"g\", between = [\"a\", \"b\"], gear = \"{}\", damping_ratio = 0.03{play} }}]\n\
+         gear_pair = [{{ name = \"g\", between = [\"a\", \"b\"], gear = \"{}\", mesh_angles = [0.0, 0.0], damping_ratio = 0.03{play} }}]\n\
          load = [{{ at = \"a\", torque = {torque} }}, {{ at = \"b\", torque = {} }}]\n\
          [speed]\na = {}\n",
         body("a"),

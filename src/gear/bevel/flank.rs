@@ -27,6 +27,9 @@ const TURN_WEIGHT: f64 = 0.3;
 /// Weight of the height of a start on the blade, in lengths of the blade, against its distance: of two places on the cutter the one nearer
 /// its tip is the flank.
 const HEIGHT_WEIGHT: f64 = 0.5;
+/// Weight of the distance of a start on fixed work from the plane of its axis in which the machine cuts, as far as it lies behind it: the
+/// cutter passes each circle of the work twice.
+const BEHIND_WEIGHT: f64 = 1.0;
 /// Steps along the blade in which the limit of undercut is sought.
 const BLADE_STEPS: usize = 24;
 
@@ -233,10 +236,17 @@ impl BevelFlank {
         point.is_none_or(|point| is_cut_away(&point))
     }
 
-    /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle and the height on the blade.
+    /// Places where the cone touches, with a distance from `[z, radius]` that grows with the turn of the cradle and the height on the blade, of fixed
+    /// work with the azimuth.
     fn scan(&self, [z, radius]: [f64; 2]) -> Vec<(f64, [f64; 3])> {
         let envelope = &self.envelope;
         let fixed = envelope.motion.is_fixed();
+        // The plane of a crown gear has no tip.
+        let height_weight = if envelope.surface.is_turned() {
+            HEIGHT_WEIGHT
+        } else {
+            0.0
+        };
         let [from, to] = envelope.surface.range();
         let mut found = Vec::new();
         for i in 0..SCAN[1] {
@@ -264,7 +274,10 @@ impl BevelFlank {
                 if let Some(jet) = envelope.surface.jet([s, theta]) {
                     let r = state.pose.apply(jet.r);
                     let distance = f64::hypot(r.z - z, f64::hypot(r.x, r.y) - radius);
-                    let aside = TURN_WEIGHT * radius * x * x + HEIGHT_WEIGHT * (s - from);
+                    let aside = match fixed {
+                        true => BEHIND_WEIGHT * (f64::hypot(r.x, r.y) - r.x),
+                        false => TURN_WEIGHT * radius * x * x + height_weight * (s - from),
+                    };
                     found.push((distance + aside, [s, theta, x]));
                 }
             }

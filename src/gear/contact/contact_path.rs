@@ -216,21 +216,20 @@ impl FlankPair {
         })
     }
 
-    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there, or undercut removes
-    /// them at the reference contact.
+    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there.
     pub fn path_near_teeth(&self, pitches: f64, positions: usize) -> Option<ContactPath> {
         let first = self.first_contact().filter(|c| self.is_near_teeth(c))?;
-        let path = self.path(first, pitches, positions);
-        (0..2)
-            .all(|member| self.has_flank(member, &path.reference))
-            .then_some(path)
+        Some(self.path(first, pitches, positions))
     }
 
-    /// Whether no undercut removes the flank of a member at a contact.
-    fn has_flank(&self, member: usize, contact: &ContactPoint) -> bool {
-        let at = std::array::from_fn(|j| contact.unknowns[3 * member + j]);
-        let point = self.flanks[member].envelope.point(at);
-        point.is_some_and(|point| !is_cut_away(&point))
+    /// The member whose generated flank undercut removes at a contact.
+    pub fn removed_at(&self, contact: &ContactPoint) -> Option<usize> {
+        (0..2).find(|member| {
+            let envelope = &self.flanks[*member].envelope;
+            let at = std::array::from_fn(|j| contact.unknowns[3 * member + j]);
+            let point = envelope.point(at).filter(|_| !envelope.motion.is_fixed());
+            point.is_some_and(|point| is_cut_away(&point))
+        })
     }
 
     /// Whether a contact lies within a tooth depth of both teeth: beyond that it belongs to another branch of the flanks.

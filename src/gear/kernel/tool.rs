@@ -110,6 +110,13 @@ pub struct Tool<C, Frame> {
     frame: PhantomData<Frame>,
 }
 
+impl<C, Frame> Tool<C, Frame> {
+    /// The curve turns; else it slides.
+    pub fn is_turned(&self) -> bool {
+        self.screw.w.norm() > 0.0
+    }
+}
+
 impl<C: Curve, Frame> Tool<C, Frame> {
     /// The tool of a curve and a screw, with its normal along `c′ × S(c)`.
     pub fn new(curve: C, screw: Twist) -> Tool<C, Frame> {

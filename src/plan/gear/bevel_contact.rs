@@ -96,6 +96,17 @@ pub fn contact(
         return None;
     };
     let reference = path.reference;
+    if let Some(member) = pair.removed_at(&reference) {
+        diagnostics.push(Diagnostic {
+            code: "no-contact",
+            message: format!(
+                "undercut removes the flank of the {} where the flanks would touch",
+                MEMBERS[member]
+            ),
+            hint: Some("mend the undercut first".into()),
+        });
+        return None;
+    }
     if (reference.ratio() - pair.ratio()).abs() > 1e-6 {
         let by = 100.0 * (reference.ratio() / pair.ratio() - 1.0);
         diagnostics.push(Diagnostic {
