@@ -25,7 +25,8 @@ pub(super) fn estimated_weights_factor(dof: f64, lines: f64) -> Option<f64> {
     if !(dof >= MIN_DOF) {
         return None;
     }
-    let scatter = ((dof - 1.0) / (dof - 2.0)).sqrt();
+    // `(d − 1)/(d − 2)`, of a known variance 1.
+    let scatter = (1.0 + 1.0 / (dof - 2.0)).sqrt();
     Some(scatter * student_factor(2.0 * dof * lines.max(1.0)))
 }
 
@@ -177,6 +178,7 @@ mod tests {
             assert!(share(plain) > share(outside), "{dof}: {}", share(plain));
         }
         assert_eq!(estimated_weights_factor(2.0, 5.0), None);
+        assert_eq!(estimated_weights_factor(f64::INFINITY, 5.0), Some(1.0));
         assert!((estimated_weights_factor(1e6, 5.0).unwrap() - 1.0).abs() < 1e-4);
     }
 }
