@@ -236,7 +236,7 @@ function drawNames(plot, ctx) {
   };
   const ends = plot.curves.filter((c) => c.name).map(end).filter(Boolean);
   // Names at the right edge keep the order of their curves; where there is no room for all, those nearest to another are left out.
-  const row = 13 * dpr, edge = ends.filter((e) => e.x > right).sort((a, b) => a.y - b.y);
+  const row = 15 * dpr, edge = ends.filter((e) => e.x > right).sort((a, b) => a.y - b.y);
   while (edge.length * row > height) {
     const gaps = edge.map((e, k) => (k ? e.y - edge[k - 1].y : Infinity));
     edge.splice(gaps.indexOf(Math.min(...gaps)), 1);
