@@ -105,20 +105,6 @@ impl OperatingPoint {
         let forces = search.solve_equilibrium()?;
         Ok(search.operating_point(&forces))
     }
-
-    /// Meshes without play whose mean force presses the coast flank; see [`OperatingPoint::coast`].
-    ///
-    /// # Errors
-    /// As [`OperatingPoint::solve`].
-    pub fn coast_of_closed_meshes(
-        machine: &Machine,
-        kinematics: &Kinematics,
-    ) -> Result<Vec<usize>, Error> {
-        match has_closed_flanks(machine, kinematics) {
-            true => Ok(OperatingPoint::solve(machine, kinematics)?.coast),
-            false => Ok(Vec::new()),
-        }
-    }
 }
 
 /// Whether meshes without play have flanks of different directions, in a machine small enough to find the pressed ones.

@@ -54,12 +54,13 @@ struct Assembler<'a> {
 pub fn assemble(
     machine: &Machine,
     kinematics: &Kinematics,
+    operating: &OperatingPoint,
     begin: &InitialConditions,
     speeds: Option<&[f64]>,
 ) -> Result<AssembledModel, Error> {
     // Contacts with play open and close in the motion; meshes without play push along the flank that the mean loads press.
     let operating = OperatingPoint {
-        coast: OperatingPoint::coast_of_closed_meshes(machine, kinematics)?,
+        coast: operating.coast.clone(),
         ..OperatingPoint::default()
     };
     let model = LinearModel::new(machine, kinematics, &operating)?;

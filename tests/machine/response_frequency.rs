@@ -423,6 +423,7 @@ a = "900 rad/s"
     let model = assemble(
         &machine.machine,
         &machine.kinematics,
+        &machine.operating,
         &InitialConditions {
             phase: MeshPhase::Speed,
             ..InitialConditions::default()

@@ -12,11 +12,12 @@ use crate::base::error::Error;
 use crate::gear::load::load_table::LoadTable;
 use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::peak_to_peak;
+use crate::plan::gear::bevel::hand_name;
 use crate::plan::gear::bevel_member;
 use crate::plan::gear::bevel_mesh::LoadedPair;
 use crate::scene::bevel_file::ContactSide;
 use crate::scene::bevel_mesh::BevelMesh;
-use crate::scene::laws::{Hand, Waveform};
+use crate::scene::laws::Waveform;
 use crate::scene::model::{MeshFlanks, MeshSprings, StiffnessVariation};
 
 /// Torques of the range closer than this, relative, to that of the mesh give way to it: the table has no piece so short.
@@ -68,14 +69,12 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
 
 /// The error of mean loads that press the other flanks than those of the file.
 fn other_flanks(mesh: &BevelMesh) -> Error {
-    let [here, other] = match mesh.bevel.contact.side {
-        ContactSide::Drive => [ContactSide::Drive, ContactSide::Coast],
-        ContactSide::Coast => [ContactSide::Coast, ContactSide::Drive],
+    let here = mesh.bevel.contact.side;
+    let other = match here {
+        ContactSide::Drive => ContactSide::Coast,
+        ContactSide::Coast => ContactSide::Drive,
     };
-    let hand = match mesh.hand {
-        Hand::Right => "right",
-        Hand::Left => "left",
-    };
+    let hand = hand_name(mesh.bevel.hand);
     let [carried, pressed] = match mesh.is_backward {
         true => ["below", "above"],
         false => ["above", "below"],

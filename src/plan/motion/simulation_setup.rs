@@ -122,7 +122,13 @@ impl SimulationSetup {
         if begin.at == InitialState::Steady {
             refuse_wound_supports(machine, speeds.as_deref().unwrap_or_default())?;
         }
-        let model = assemble(machine, kinematics, begin, speeds.as_deref())?;
+        let model = assemble(
+            machine,
+            kinematics,
+            &prepared_machine.operating,
+            begin,
+            speeds.as_deref(),
+        )?;
         let linear_model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
         let mut start =
             initial_state::initial_state(&model, &linear_model, speeds.as_deref(), begin.at, 0.0)?;
