@@ -212,8 +212,17 @@ class Position:
         return max(n @ place - c for n, c in self.sides)
 
     def point(self, angle, face, height, near):
-        y, _, flag, _ = fsolve(self.flanks[0].on_circle, near, args=tuple(self.place(0, face, height)), xtol=1e-13, full_output=True)
-        return (turn(2, angle) @ self.flanks[0].state(*y)[0] + self.shift, y) if flag == 1 else (None, near)
+        flank, target = self.flanks[0], np.array(self.place(0, face, height))
+        start = np.array(self.circle(flank.state(*near)[0]))
+        # Where a far step fails, small ones do not.
+        for parts in (1, 8):
+            y, flag = near, 1
+            for k in range(1, parts + 1):
+                place = tuple(start + k / parts * (target - start))
+                y, _, flag, _ = fsolve(flank.on_circle, y, args=place, xtol=1e-13, full_output=True)
+            if flag == 1:
+                return turn(2, angle) @ flank.state(*y)[0] + self.shift, y
+        return None, near
 
     def at(self, angle, face, height, starts):
         point, y1 = self.point(angle, face, height, starts[0])

@@ -1,7 +1,7 @@
 //! Ours beside a peer's: best times, the peer's answer, rows of a table.
 #![allow(dead_code, reason = "each bench takes what it needs")]
 
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Best time of some runs, s, and the error of the answer where there is a truth.
@@ -78,7 +78,10 @@ pub fn peers(script: &str, arguments: &[&str]) -> Vec<(String, Took)> {
 fn printed(script: &str, arguments: &[&str]) -> Option<String> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/");
     let script = format!("{folder}{script}");
-    let output = python().arg(script).args(arguments).output().ok()?;
+    // What a script says of its failure is shown.
+    let mut command = python();
+    command.arg(script).args(arguments).stderr(Stdio::inherit());
+    let output = command.output().ok()?;
     String::from_utf8(output.stdout).ok()
 }
 

@@ -142,7 +142,7 @@ pub fn value_in_si(value: f64, kind: QuantityKind) -> f64 {
 
 /// The error of a number where a unit is meant.
 pub fn missing_unit(number: &str, kind: QuantityKind, subject: &str) -> Error {
-    let unit = kind.si_unit();
+    let unit = kind.bare_unit();
     Error::new(Code::MissingUnit, format!("{subject} has no unit")).with_hint(format!(
         "{subject} takes {}: write \"{number} {unit}\" if {unit} is meant",
         kind.units()

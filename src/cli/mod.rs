@@ -166,7 +166,7 @@ fn usage(error: &clap::Error, json: bool) -> ExitCode {
 
 fn dispatch(command: &Command) -> Result<u8, Errors> {
     Ok(match command {
-        Command::New { file } => new::run(file)?,
+        Command::New { file, gear } => new::run(file, gear.as_deref())?,
         Command::Check(args) => check::run(args)?,
         Command::Explain { code } => explain::run(code.as_deref())?,
         Command::Plan(args) => plan::run(args)?,

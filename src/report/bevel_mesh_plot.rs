@@ -1,7 +1,7 @@
 //! Figures of a bevel pair under load: transmission error over the pitch, pattern, load sharing, Harris map.
 
 use super::bevel_plot::{Flat, MARGIN, PATTERN_HEIGHT, Scale, TOP, key};
-use super::figure::{Axis, PlotColumn};
+use super::figure::{Axis, PlotColumn, closed};
 use super::gear::ARCSEC;
 use super::number_format::with_minus_signs;
 use super::svg::{
@@ -47,9 +47,10 @@ pub fn te(title: &str, mesh: &FlankMeshResult) -> PlotColumn {
         Axis::linear("pinion angle φ₁, deg"),
         Axis::linear("transmission error less its mean, arcsec").from_zero(values),
     );
-    let lines = curves
-        .iter()
-        .map(|(name, e)| (name.clone(), degrees(mesh), e.clone()));
+    let lines = curves.into_iter().map(|(name, e)| {
+        let (angles, e) = closed(degrees(mesh), e);
+        (name, angles, e)
+    });
     PlotColumn::of_lines(title, axes, lines)
 }
 
@@ -100,11 +101,7 @@ pub fn harris_map(title: &str, mesh: &FlankMeshResult) -> PlotColumn {
         Axis::linear("torque at the pinion, N·m"),
         te.from_zero(peaks.iter().copied()),
     );
-    PlotColumn::of_lines(
-        title,
-        axes,
-        [("loaded contact".to_string(), torques, peaks)],
-    )
+    PlotColumn::of_lines(title, axes, [(String::new(), torques, peaks)])
 }
 
 /// Draws where the flanks carry the largest torque over the pitch, in axial section, by the pressure there.

@@ -178,6 +178,16 @@ impl PlotColumn {
     }
 }
 
+/// A line over a period of equal steps from its first value to the same at the end.
+pub fn closed(mut x: Vec<f64>, mut y: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+    if let ([first, .., last], [value, ..]) = (&x[..], &y[..]) {
+        let end = last + (last - first) / (x.len() - 1) as f64;
+        y.push(*value);
+        x.push(end);
+    }
+    (x, y)
+}
+
 /// Height of a single plot, points.
 pub const PLOT_HEIGHT: f64 = 420.0;
 
@@ -325,6 +335,9 @@ impl Axis {
     }
 }
 
+/// Colours of curves.
+pub const COLOURS: usize = 6;
+
 /// Colour of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
@@ -390,6 +403,21 @@ impl Curve {
             interval: Vec::new(),
             radii: Vec::new(),
             along: None,
+        }
+    }
+
+    /// Its drawing: solid lines of a colour that comes again are dashed, then dotted.
+    pub fn shown_mark(&self) -> Mark {
+        match (self.mark, self.ink) {
+            (Mark::Line(width, LineStyle::Solid), Ink::Series(k)) if k >= COLOURS => {
+                let style = if k < 2 * COLOURS {
+                    LineStyle::Dashed
+                } else {
+                    LineStyle::Dotted
+                };
+                Mark::Line(width, style)
+            }
+            (mark, _) => mark,
         }
     }
 

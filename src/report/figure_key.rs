@@ -25,7 +25,7 @@ pub(super) fn key_rows(figure: &PlotColumn, across: f64) -> Vec<Vec<KeyEntry<'_>
     let curves = plots.flat_map(|p| &p.curves).map(|c| KeyEntry {
         name: &c.name,
         ink: c.ink,
-        mark: Some(c.mark),
+        mark: Some(c.shown_mark()),
     });
     let events = figure.events.iter().map(|e| KeyEntry {
         name: &e.name,

@@ -1,7 +1,7 @@
 //! Curves and events of a plot of an SVG file.
 
 use super::axes::clip_to_panel;
-use super::figure::{Curve, EventMarks, Ink, Mark, Plot};
+use super::figure::{COLOURS, Curve, EventMarks, Ink, Mark, Plot};
 use super::svg::{
     BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, ORANGE, Panel, Point2, colour_from_rgb, lighten,
 };
@@ -11,7 +11,7 @@ pub(super) const EVENT_ROW: f64 = 7.0;
 
 /// Colour of an ink on white paper.
 pub(super) fn colour(ink: Ink) -> Colour {
-    let series = |k: usize| match k % 6 {
+    let series = |k: usize| match k % COLOURS {
         0 => BLUE,
         1 => ORANGE,
         2 => BLACK,
@@ -38,7 +38,7 @@ pub(super) fn draw_curve(canvas: &mut Canvas, panel: &Panel, plot: &Plot, curve:
         let [low, high] = ends.map(|v| panel.to_canvas(x, v));
         canvas.line(low, high, lighten(ink), 1.4);
     }
-    match curve.mark {
+    match curve.shown_mark() {
         Mark::Line(width, style) => {
             for run in clip_to_panel(panel, points()) {
                 canvas.polyline(&run, ink, width, style);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::figure::{Axis, PlotColumn, PointLabel};
+use super::figure::{Axis, PlotColumn, PointLabel, closed};
 use super::number_format::with_minus_signs;
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, TITLE_SIZE,
@@ -314,11 +314,8 @@ fn over_pitch(
     );
     let line = |k: usize| {
         let cycle = &mesh.cycles[k];
-        (
-            format!("{} N·m", cycle.torque),
-            degrees(mesh),
-            values(cycle),
-        )
+        let (angles, values) = closed(degrees(mesh), values(cycle));
+        (format!("{} N·m", cycle.torque), angles, values)
     };
     PlotColumn::of_lines(title, axes, shown_cycles(mesh).map(line))
 }
@@ -351,5 +348,5 @@ pub fn harris_map(title: &str, mesh: &MeshResult) -> PlotColumn {
         Axis::linear("torque at the pinion, N·m"),
         te.from_zero(peaks.iter().copied()),
     );
-    PlotColumn::of_lines(title, axes, [(mesh.method.to_string(), torques, peaks)])
+    PlotColumn::of_lines(title, axes, [(String::new(), torques, peaks)])
 }

@@ -32,7 +32,12 @@ pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> PlotColum
             ..Guide::vertical(0.0)
         }],
         curves: vec![
-            points("zeros", Ink::Series(1), Mark::Rings(4.0), &near),
+            points(
+                if near.is_empty() { "" } else { "zeros" },
+                Ink::Series(1),
+                Mark::Rings(4.0),
+                &near,
+            ),
             points("poles", Ink::Series(0), Mark::Crosses(4.5), poles),
         ],
         empty: "no poles",

@@ -1,6 +1,7 @@
 //! The drive train as a graph: nodes with their places in a schematic, links between them, planetary stages.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use serde_json::{Value, json};
 
@@ -27,11 +28,12 @@ pub fn train(prepared: &PreparedMachine, model: &Model) -> Value {
     let places = parts.places(&links);
     let radii = radii(machine, model);
     let ratios = ratios(prepared);
+    let mut of_node = vec![serde_json::Map::new(); machine.nodes.len()];
+    for (i, dof) in machine.dofs.iter().enumerate() {
+        of_node[dof.node].insert(dof.axis.name().to_string(), json!(i));
+    }
     let node = |n: usize| {
-        let own = (0..machine.dofs.len()).filter(|&i| machine.dofs[i].node == n);
-        let dofs: serde_json::Map<String, Value> = own
-            .map(|i| (machine.dofs[i].axis.name().to_string(), json!(i)))
-            .collect();
+        let dofs = &of_node[n];
         let kind = machine.elements[machine.nodes[n].element].kind;
         json!({
             "name": machine.nodes[n].name,
@@ -89,6 +91,7 @@ impl Link {
 /// Links in the order of the branches, each pair of nodes of an element once; planetary stages have none.
 fn links(machine: &Machine) -> Vec<Link> {
     let mut links: Vec<Link> = Vec::new();
+    let mut known: HashMap<(usize, Vec<usize>), usize> = HashMap::new();
     for branch in &machine.branches {
         if machine.elements[branch.element].kind == "planetary" {
             continue;
@@ -101,14 +104,16 @@ fn links(machine: &Machine) -> Vec<Link> {
             [(_, a), (_, b)] => a == -b,
             _ => false,
         };
-        let same = |l: &&mut Link| l.element == branch.element && l.nodes == nodes;
-        match links.iter_mut().find(same) {
-            Some(known) => known.along |= along,
-            None => links.push(Link {
-                element: branch.element,
-                nodes,
-                along,
-            }),
+        match known.entry((branch.element, nodes.clone())) {
+            Entry::Occupied(link) => links[*link.get()].along |= along,
+            Entry::Vacant(place) => {
+                place.insert(links.len());
+                links.push(Link {
+                    element: branch.element,
+                    nodes,
+                    along,
+                });
+            }
         }
     }
     links

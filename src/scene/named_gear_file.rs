@@ -80,7 +80,13 @@ const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 /// The gear file of a pair under `gear`; keys of the table that it determines are errors.
 pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
     let named = NamedFile::read(f, "gear")?;
-    if pair_kind(&named.source) != PairKind::Bevel {
+    let kind = pair_kind(&named.source);
+    if kind == PairKind::Worm {
+        let message = "a [[gear_pair]] takes the gear file of a cylindrical or a bevel pair";
+        f.report_key(Code::Conflict, "gear", message, "make it a [[worm_pair]]");
+        return None;
+    }
+    if kind != PairKind::Bevel {
         let mesh = cylindrical(f, "", named, DETERMINED_OF_PAIR)?;
         return Some(PairMesh::Cylindrical(mesh));
     }

@@ -259,6 +259,25 @@ fn law_the_starter_is_right() {
         std::fs::read(folder.path().join("drive.toml")).unwrap(),
         before
     );
+    for kind in [
+        "cylindrical",
+        "bevel",
+        "hypoid",
+        "worm",
+        "crossed",
+        "non-circular",
+        "helicoid",
+    ] {
+        let name = format!("{kind}.toml");
+        assert_eq!(run(&["new", &name, "--gear", kind]).status.code(), Some(0));
+        let computed = run(&["gear", &name]);
+        assert_eq!(
+            computed.status.code(),
+            Some(0),
+            "{}",
+            text(&computed.stderr)
+        );
+    }
 }
 
 /// Output files appear whole, beside nothing temporary; what cannot be written is said.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
 pub use gear::{CorrectArgs, CutArgs, GearAction, GearArgs, ReverseArgs};
@@ -58,10 +59,15 @@ pub struct Cli {
 #[allow(clippy::large_enum_variant, reason = "made once")]
 pub enum Command {
     /// Write an annotated model to start from
-    #[command(after_help = "Example:\n  geardyn new my_machine.toml")]
+    #[command(after_help = "Examples:
+  geardyn new my_machine.toml
+  geardyn new my_pair.toml --gear bevel")]
     New {
         /// The file to write; it must not exist yet
         file: PathBuf,
+        /// Write a gear file of this kind instead of a model
+        #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(super::new::gear_kinds()))]
+        gear: Option<String>,
     },
     /// Validate models and scenes; say what is understood of logs
     #[command(after_help = "Examples:

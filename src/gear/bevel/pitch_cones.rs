@@ -10,6 +10,7 @@ use super::pitch_point::PitchPoint;
 use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::root::{greatest, sign_change};
 use crate::gear::kernel::vector::Vector;
+use crate::numeric::sorting::sort_rising;
 
 /// Data of the pitch cones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,11 +57,22 @@ impl PitchConeDesign {
         let off = |angle: f64| self.misfit(&self.at(angle)?);
         let [from, to] = self.range();
         let place = |k: u32| from + (to - from) * f64::from(k) / f64::from(PARTS);
-        let found = (0..PARTS).filter_map(|k| sign_change([place(k), place(k + 1)], off));
         let (sin, cos) = self.axes.shaft_angle.sin_cos();
         let plain = sin.atan2(1.0 / self.axes.ratio.abs() + cos);
-        let apart = |angle: &f64| (angle - plain).abs();
-        self.at(found.min_by(|a, b| apart(a).total_cmp(&apart(b)))?)
+        let apart = |angle: f64| (angle - plain).abs();
+        let least = |[a, b]: &[f64; 2]| apart(plain.clamp(*a, *b));
+        let mut parts: Vec<[f64; 2]> = (0..PARTS).map(|k| [place(k), place(k + 1)]).collect();
+        sort_rising(&mut parts, least);
+        // A part further off than an angle found holds no nearer one.
+        let mut nearest: Option<f64> = None;
+        for part in parts {
+            if nearest.is_some_and(|angle| apart(angle) <= least(&part)) {
+                break;
+            }
+            let angles = sign_change(part, off).into_iter().chain(nearest);
+            nearest = angles.min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+        }
+        self.at(nearest?)
     }
 
     /// Limit curvatures `1/ρ_lim` that pitch cones of this spiral angle reach, least and greatest; none where there are no cones.

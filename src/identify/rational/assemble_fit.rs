@@ -450,6 +450,10 @@ fn add_warnings(
                 three_digits(spread)
             ),
         };
+        let by = match share > 0.0 {
+            true => format!(" by up to {} % of a mode", three_digits(100.0 * share)),
+            false => String::new(),
+        };
         let hint = match spread > 0.0 {
             true => format!("intervals include the misfit and what {groups} differ by"),
             false => "intervals include the misfit".to_string(),
@@ -457,8 +461,7 @@ fn add_warnings(
         say(
             "departs",
             format!(
-                "noise alone does not explain the responses: they depart from the linear model by up to {} % of a mode{of}",
-                three_digits(100.0 * share)
+                "noise alone does not explain the responses: they depart from the linear model{by}{of}"
             ),
             &format!(
                 "{hint}; mounting, mass of sensors, amplitude and temperature are usual causes"

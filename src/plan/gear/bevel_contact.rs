@@ -135,6 +135,7 @@ pub fn contact(
     let vh = study.vh.then(|| {
         TOE_AND_HEEL.map(|face| shift_pattern(&pair, (&assembly, file.hand), &reference, face))
     });
+    diagnostics.extend(vh.as_ref().and_then(shift_warning));
     Some(BevelContact {
         reference_shares: [0, 1].map(|k| pair.shares(k, &reference)),
         ellipse: pair.ellipse(&reference, study.coating),
@@ -149,6 +150,23 @@ pub fn contact(
         points,
         path,
         pair,
+    })
+}
+
+/// Ends of the face to which no V and H move the contact.
+fn shift_warning(shifts: &[Option<PatternShift>; 2]) -> Option<Diagnostic> {
+    let ends = TOE_AND_HEEL.iter().zip(shifts);
+    let missing = ends.filter(|(_, shift)| shift.is_none());
+    let missing: Vec<String> = missing
+        .map(|(face, _)| format!("{:.0} %", 100.0 * face))
+        .collect();
+    (!missing.is_empty()).then(|| Diagnostic {
+        code: "no-contact",
+        message: format!(
+            "no V and H were found that move the contact to {} of the gear's face: on the way there the flanks lose contact, or the ratio is nowhere that of the tooth numbers",
+            missing.join(" and ")
+        ),
+        hint: Some("change spiral angle or crowning until the ease-off has a top on the face".into()),
     })
 }
 

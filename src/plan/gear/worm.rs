@@ -107,7 +107,12 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     let mut tables = vec![table("contact", heads, contacts)];
     for (name, points) in [("undercut", &undercut), ("second limit", &second)] {
         if !points.is_empty() {
-            tables.push(table(name, heads, points.iter().map(row)));
+            let mut rows: Vec<[f64; 9]> = points.iter().map(row).collect();
+            if name == "undercut" {
+                // The flank is singular there: its curvature has no bound.
+                rows.iter_mut().for_each(|row| row[7] = f64::NAN);
+            }
+            tables.push(table(name, heads, rows));
         }
     }
     let reach = [-0.5, 0.5].map(|share| share * file.length);

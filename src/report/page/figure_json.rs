@@ -3,23 +3,26 @@
 use serde_json::{Value, json};
 
 use super::column::Columns;
-use crate::report::figure::{Axis, Curve, Ink, LevelMap, Mark, NamePlacement, Plot, PlotColumn};
+use crate::report::figure::{
+    Axis, COLOURS, Curve, Ink, LevelMap, Mark, NamePlacement, Plot, PlotColumn,
+};
 use crate::report::heatmap::{MapCells, MapColumn};
 use crate::report::svg::LineStyle;
 
-/// A column of plots.
-pub fn plots(figure: &PlotColumn, columns: &mut Columns) -> Value {
+/// A column of plots with the end of its file's name.
+pub fn plots(figure: &PlotColumn, suffix: &str, columns: &mut Columns) -> Value {
     let index = |i: &usize| *i as f64;
     let events: Vec<Value> = (figure.events.iter())
         .map(|e| {
             json!({
-                "kind": e.kind, "name": e.name, "ink": e.ink % 6, "x": columns.value(&e.x), "sources": e.sources,
+                "kind": e.kind, "name": e.name, "ink": e.ink % COLOURS, "x": columns.value(&e.x), "sources": e.sources,
                 "source": columns.value(&e.source.iter().map(index).collect::<Vec<f64>>()),
             })
         })
         .collect();
     json!({
         "title": figure.title,
+        "name": suffix.replace('-', " "),
         "note": figure.note,
         "linked": figure.linked,
         "events": events,
@@ -89,11 +92,11 @@ fn axis(axis: &Axis, (factor, label): (f64, String)) -> Value {
 
 fn curve(curve: &Curve, columns: &mut Columns) -> Value {
     let (ink, pale) = match curve.ink {
-        Ink::Series(k) => (k % 6, false),
-        Ink::Pale(k) => (k % 6, true),
+        Ink::Series(k) => (k % COLOURS, false),
+        Ink::Pale(k) => (k % COLOURS, true),
         Ink::Faint => (6, false),
     };
-    let (mark, size, style) = match curve.mark {
+    let (mark, size, style) = match curve.shown_mark() {
         Mark::Line(width, style) => ("line", width, style),
         Mark::Discs(radius) => ("discs", radius, LineStyle::Solid),
         Mark::Rings(radius) => ("rings", radius, LineStyle::Solid),

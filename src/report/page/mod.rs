@@ -108,7 +108,7 @@ impl Section {
         let views: Vec<Value> = self.views.iter().map(&mut view).collect();
         let csv = columns.text(&self.csv);
         let figure = |figure: &Figure| match &figure.content {
-            FigureContent::Plots(plots) => figure_json::plots(plots, columns),
+            FigureContent::Plots(plots) => figure_json::plots(plots, figure.suffix, columns),
             FigureContent::Drawing(svg) => json!({ "svg": columns.text(svg) }),
         };
         json!({

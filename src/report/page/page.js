@@ -91,7 +91,8 @@ async function figure(figure, host, name) {
     host.append(box);
     return;
   }
-  if (figure.title) host.append(element("h3", figure.title));
+  const heading = figure.title === data.title ? figure.name : figure.title;
+  if (heading) host.append(element("h3", heading));
   if (figure.note) host.append(element("p", figure.note, "note"));
   for (const e of figure.events) for (const part of ["x", "source"]) e[part] = await list(e[part]);
   for (const plot of figure.plots) { plot.events = figure.events; await unpack(plot); }
@@ -105,6 +106,8 @@ async function figure(figure, host, name) {
   });
   if (figure.linked) join(G.plots.filter((p) => p.group === name));
 }
+// Characters of a last cell that is wrapped.
+const SENTENCE = 50;
 async function section(part, k, main) {
   const host = element("section");
   host.id = "part" + (k + 1);
@@ -119,13 +122,20 @@ async function section(part, k, main) {
     }
     host.append(warnings);
   }
-  // Long sentences are wrapped, tables are not.
+  // Long sentences are wrapped, those at the end of a row in their column; tables are not.
   const text = element("pre");
   const isTable = (line) => /\S {2}/.test(line);
-  const lines = part.text.trimEnd().split("\n");
-  for (const line of lines) text.append(element("div", line || " ", isTable(line) ? "" : "prose"));
+  const columnOf = (line) => { const at = line.lastIndexOf("  ") + 2; return line.length - at > SENTENCE ? at : 0; };
+  let widest = 80;
+  for (const line of part.text.trimEnd().split("\n")) {
+    const from = isTable(line) ? columnOf(line) : 2;
+    const row = element("div", line || " ", from ? "prose" : "");
+    if (from) row.style.cssText = `padding-left: ${from}ch; text-indent: -${from}ch; max-width: ${Math.max(130, from + SENTENCE)}ch`;
+    if (isTable(line)) widest = Math.max(widest, from ? from + SENTENCE : line.length);
+    text.append(row);
+  }
   // Characters of its widest row, by which print chooses the size.
-  text.style.setProperty("--wide", Math.max(80, ...lines.filter(isTable).map((line) => line.length)));
+  text.style.setProperty("--wide", widest);
   host.append(text);
   for (const view of part.views) {
     const box = element("div");

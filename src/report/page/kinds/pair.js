@@ -202,7 +202,7 @@ G.kind("pair", (data, host) => {
     if (now.marks) parts.push(`transmission error ${(ARCSEC * now.te).toFixed(1).replace("-", "−")} arcsec`, peak === null ? "no contact at some angles" : `peak to peak ${(ARCSEC * peak).toFixed(1)} arcsec`);
     else if (contact) parts.push("the flanks do not touch on their teeth at this V and H");
     if (curves) parts.push(`${now.touching.length} ${curves.contact}${now.touching.length === 1 ? "" : "s"} of contact`);
-    if (loads.length) parts.push(`greatest pressure ${Math.round(Math.max(...loads.map((c) => c.pressure)))} N/mm² at ${G.number(loaded.torque_nm)} N·m`);
+    if (loads.length) parts.push(`greatest pressure at this angle ${Math.round(Math.max(...loads.map((c) => c.pressure)))} N/mm² under ${G.number(loaded.torque_nm)} N·m`);
     readout.textContent = parts.join("; ") + ".";
   }
 
