@@ -75,6 +75,7 @@ pub use api::response::{Response, ResponseFunction, ResponsePeak};
 pub use api::transmission::{OrderComponent, TransmissionError};
 pub use base::code::Code;
 pub use base::error::{Diagnostic, Error, Errors};
+pub use gear::load::compliance::StiffnessMethod;
 pub use gear::load::mesh_result::LoadedCycle;
 pub use identify::modal_parameters::ModalParameters;
 pub use identify::rational::DelayModel;
@@ -85,16 +86,22 @@ pub use plan::logs::identification_result::{IdentificationResult, IdentifiedMode
 pub use plan::logs::identify_study::IdentifyStudy;
 pub use plan::logs::method::IdentificationMethod;
 pub use plan::logs::spectrum_study::{
-    ChannelSpectrum, SpectrumKind, SpectrumResult, SpectrumStudy,
+    AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumKind, SpectrumResult, SpectrumStudy,
 };
-pub use recording::frequency_responses::FrequencyResponses;
+pub use recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
+pub use recording::raw::Repair;
 pub use recording::signals::{Channel, Recording};
 pub use scene::mesh_table::MeshStudy;
 pub use scene::study::{
-    DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, ReductionKind, ReductionStudy,
-    ResponseMethodTag, ResponseQuantity, ResponseStudy, SimulateStudy, SpeedRange, StateSpaceStudy,
-    TransmissionStudy,
+    DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, OrderTrackingStudy,
+    ReductionKind, ReductionStudy, ResponseMethodTag, ResponseQuantity, ResponseStudy,
+    SimulateStudy, SpeedRange, StateSpaceStudy, TransmissionStudy,
 };
+pub use spectrum::frf::Estimator;
+pub use spectrum::integrate::MotionQuantity;
+pub use spectrum::line_labels::ExpectedLine;
+pub use spectrum::welch::{Averaging, Detrend};
+pub use spectrum::window::Window;
 
 /// The programs of the library's tutorial and of the README, run as tests.
 #[doc = include_str!("../docs/library.md")]

@@ -30,7 +30,16 @@ impl Machine {
         self.prepared.machine.dof_names()
     }
 
-    /// Natural modes: frequencies, damping, shapes and energies.
+    /// Natural modes: frequencies, damping, shapes and energies. Campbell diagrams, state-space matrices, reductions and sensitivities are of
+    /// the command alone.
+    ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let machine = Model::open("models/two_disc.toml")?.machine()?;
+    /// let modes = machine.modes(&ModesStudy::default())?;
+    /// assert!(modes[0].is_rigid && modes[1].frequency_hz > 0.0);
+    /// # Ok::<(), Errors>(())
+    /// ```
     ///
     /// # Errors
     /// A machine beyond the limits of the method; unknown names in the study.
@@ -40,7 +49,20 @@ impl Machine {
         Ok(Modes::new(&self.prepared.machine, result))
     }
 
-    /// Frequency responses of every output to every input over a band.
+    /// Frequency responses of every output to every input over a band, rad/s.
+    ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let machine = Model::open("models/y2250.toml")?.machine()?;
+    /// let response = machine.response(&ResponseStudy {
+    ///     inputs: vec!["motor".into()],
+    ///     outputs: vec!["workpiece".into()],
+    ///     band: Some((6.3, 630.0)),
+    ///     ..ResponseStudy::default()
+    /// })?;
+    /// assert!(!response.functions[0].peaks.is_empty());
+    /// # Ok::<(), Errors>(())
+    /// ```
     ///
     /// # Errors
     /// A study without a band, inputs or outputs; unknown names; a machine beyond the limits of the method.
@@ -49,7 +71,20 @@ impl Machine {
         Ok(Response::new(&self.prepared.machine, result))
     }
 
-    /// Motion in time from the initial state of the scene, at rest by default.
+    /// Motion in time from the initial state of the scene, at rest by default. Energy balance, sensitivity to the initial conditions and
+    /// analyses during the run are of the command alone.
+    ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let machine = Model::open("examples/linear_chain.toml")?.machine()?;
+    /// let motion = machine.simulate(&SimulateStudy {
+    ///     end_time: Some(0.01),
+    ///     outputs: vec!["chain.20.theta".into()],
+    ///     ..SimulateStudy::default()
+    /// })?;
+    /// assert_eq!(motion.outputs[0].values.len(), motion.time_s.len());
+    /// # Ok::<(), Errors>(())
+    /// ```
     ///
     /// # Errors
     /// A study without an end; unknown names; whatever stops the integration, with time and state.
@@ -64,7 +99,19 @@ impl Machine {
         Ok(Motion::new(result))
     }
 
-    /// Transmission error of a chain by order, from the errors the model declares.
+    /// Transmission error of a chain by order, from the errors the model declares. Speed maps, records and the flank of a generator's work
+    /// are of the command alone.
+    ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let machine = Model::open("examples/y2250_te.toml")?.machine()?;
+    /// let error = machine.transmission_error(&TransmissionStudy {
+    ///     output: Some("work_spindle".into()),
+    ///     ..TransmissionStudy::default()
+    /// })?;
+    /// assert!(error.rss < error.worst_case);
+    /// # Ok::<(), Errors>(())
+    /// ```
     ///
     /// # Errors
     /// A study without an output; a model without declared errors; unknown names.

@@ -27,6 +27,14 @@ impl Recording {
 
     /// Spectrum of the channels of the study, of all by default.
     ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let recording = Recording::open("data/spindle_cutting.csv")?;
+    /// let spectrum = recording.spectrum(&SpectrumStudy::default())?;
+    /// assert_eq!(spectrum.channel_spectra.len(), recording.channels.len());
+    /// # Ok::<(), Errors>(())
+    /// ```
+    ///
     /// # Errors
     /// Unknown channels; a study the record is too short for.
     pub fn spectrum(&self, study: &SpectrumStudy) -> Result<SpectrumResult, Errors> {
@@ -39,6 +47,14 @@ impl Recording {
 
     /// Frequency responses, transfer functions and modes from `inputs` to `outputs`; modes from responses alone where `inputs` is empty.
     /// The channels of the study are those named here.
+    ///
+    /// ```
+    /// # use geardyn::prelude::*;
+    /// let recording = Recording::open("data/spindle_impact.csv")?;
+    /// let identified = recording.identify(&["force"], &["ax", "ay"], &IdentifyStudy::default())?;
+    /// assert_eq!(identified.modes.len(), 6);
+    /// # Ok::<(), Errors>(())
+    /// ```
     ///
     /// # Errors
     /// Unknown channels; a study the record is too short for; data that hold no mode.

@@ -183,7 +183,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "cells-missing",
         Repair,
-        "Cells hold no number. Stretches end there, in every channel.",
+        "Cells hold no number. Segments end there, in every channel.",
     ),
     (
         "thousands-joined",
@@ -649,7 +649,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "interference",
         Warning,
-        "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet or its relieved root, or, inside a ring, outside the path of contact; or a worm, a disk tool or a crossed gear cuts into the flank of its mate beside the contact. The message names the nearest tip diameter that avoids it, or the depth and the place.",
+        "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet or its relieved root, or, inside a ring, outside the path of contact; or a worm, a disk tool or a crossed gear cuts into the flank of its mate away from the contact. The message names the nearest tip diameter that avoids it, or the depth and the place.",
     ),
     (
         "cones-apart",

@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 /// Stack of a thread, bytes: that of the main thread on Linux.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Requested number of threads; zero stands for one on each core.
+/// Requested number of threads; zero for one on each core.
 static REQUESTED: AtomicUsize = AtomicUsize::new(0);
 
 /// Started by the first work that uses it: most commands are done before threads would be.

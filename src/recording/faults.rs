@@ -20,7 +20,7 @@ const MAX_RUN_EXPONENT: f64 = 20.0;
 /// Channels that repeat their last sample more often than this are switches, tachos or coarsely quantised, and are not judged.
 const MAX_REPEAT_SHARE: f64 = 0.9;
 
-/// Runs that together take this share of a record are the channel's rest.
+/// Runs that together take this share of a record are the channel's rest, unless it moves as usual until one begins.
 const MAX_REST_SHARE: f64 = 0.5;
 
 /// Just before or after a run of a stuck sensor its differences are this share of the usual ones at least: what decays comes to rest slowly.
@@ -236,8 +236,8 @@ fn differences(
     Ok(sums.map(|sum: (f64, f64)| (sum.0 / sum.1.max(1.0)).sqrt()))
 }
 
-/// The runs of a channel that its sensor makes: the channel moves as usual until the run begins, or from its end on. What rests for half
-/// of the record and more, as the force of a hammer, is not judged.
+/// The runs of a channel that its sensor makes: the channel moves as usual until the run begins, or from its end on. Of what rests for
+/// half of the record and more only motion before a run tells a sensor that failed from one that waits for an event.
 fn stuck(
     recording: &Recording,
     channel: usize,
@@ -245,9 +245,7 @@ fn stuck(
 ) -> Result<Vec<StuckInterval>, Error> {
     let mut found = seen.stuck(channel, recording.samples);
     let held: usize = found.iter().map(|s| s.range.len()).sum();
-    if held as f64 >= MAX_REST_SHARE * seen.samples as f64 {
-        return Ok(Vec::new());
-    }
+    let rests = held as f64 >= MAX_REST_SHARE * seen.samples as f64;
     let mut moving = Vec::new();
     for stuck in &found {
         let Range { start, end } = stuck.range;
@@ -257,7 +255,7 @@ fn stuck(
             end..(end + MIN_RUN).min(recording.samples),
         ];
         let mut level: f64 = 0.0;
-        for range in near {
+        for range in near.into_iter().take(if rests { 1 } else { 2 }) {
             let mut block = vec![0.0; range.len()];
             recording.channels[channel]
                 .samples
@@ -393,6 +391,11 @@ mod tests {
         assert_eq!(found.stuck.len(), 1);
         assert_eq!(found.stuck[0].range, 3000..6000);
         assert!(found.stuck[0].is_proven && found.stuck[0].value == 77.0);
+        // One that fails for good.
+        stuck[2000..].fill(-12.0);
+        let found = find(&recorded(&[moving.clone(), stuck]), &[0], &[1]).unwrap();
+        assert_eq!(found.stuck.len(), 1);
+        assert!(found.stuck[0].is_proven && found.stuck[0].range == (2000..9000));
         // What decays into its last digit, and what rests before an event, is not stuck.
         let decay =
             |k: i32| (1e5 * (0.3 * f64::from(k)).sin() * (-4e-3 * f64::from(k)).exp()).round();

@@ -76,6 +76,18 @@ pub struct Channel {
     pub overloads: usize,
 }
 
+impl Channel {
+    /// Samples in the unit of the channel.
+    ///
+    /// # Errors
+    /// Samples of a long log that cannot be read again.
+    pub fn values(&self) -> Result<Vec<f64>, Error> {
+        let mut values = vec![0.0; self.samples.len()];
+        self.samples.read(0, &mut values)?;
+        Ok(values)
+    }
+}
+
 impl Recording {
     /// Makes a recording of sampled signals: sampling rate, Hz, and for each channel its name, its unit (`m/s²`, `N`; empty where
     /// unknown) and its samples.

@@ -127,13 +127,16 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
         };
         plots.push(plot(axis, 70.0, coherence));
     }
+    let is_fitted = curves.iter().any(|c| c.fitted.is_some());
+    let upright = match (shown.modes_hz.is_empty(), is_fitted) {
+        (true, _) => "",
+        (false, true) => "upright: modes",
+        (false, false) => "upright: peaks",
+    };
+    let widths = "broad and pale: measured, narrow: fitted, dotted: size of their difference";
     PlotColumn {
         title: shown.title.clone(),
-        note: note(
-            shown,
-            curves,
-            "broad and pale: measured, narrow: fitted, dotted: size of their difference",
-        ),
+        note: note(shown, curves, [widths, upright]),
         linked: true,
         plots,
         ..PlotColumn::default()
@@ -158,16 +161,16 @@ fn broken(curve: Curve) -> Curve {
 }
 
 /// Meaning of the widths, and how many responses are not shown.
-fn note(shown: &BodePlot, curves: &[BodeCurve], widths: &str) -> String {
+fn note(shown: &BodePlot, curves: &[BodeCurve], [widths, upright]: [&str; 2]) -> String {
     let fitted = curves.iter().any(|c| c.fitted.is_some());
-    let widths = fitted.then(|| widths.to_string());
     let all = shown.curves.len();
-    let part = (all > curves.len()).then(|| format!("{} of {all} responses", curves.len()));
-    widths
-        .into_iter()
-        .chain(part)
-        .collect::<Vec<_>>()
-        .join("; ")
+    let part = match all > curves.len() {
+        true => format!("{} of {all} responses", curves.len()),
+        false => String::new(),
+    };
+    let notes = [if fitted { widths } else { "" }, upright, &part];
+    let notes: Vec<&str> = notes.into_iter().filter(|n| !n.is_empty()).collect();
+    notes.join("; ")
 }
 
 /// Frequencies named on a Nyquist plot.
@@ -253,7 +256,11 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
         )
     };
     PlotColumn {
-        note: note(shown, curves, "broad and pale: measured, narrow: fitted"),
+        note: note(
+            shown,
+            curves,
+            ["broad and pale: measured, narrow: fitted", ""],
+        ),
         ..PlotColumn::one(
             &shown.title,
             Plot {

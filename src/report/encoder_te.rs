@@ -87,7 +87,7 @@ pub fn body(found: &EncoderResult, teeth: &GearTrain) -> Value {
     }
     let mut document = flanks.first().cloned().unwrap_or(json!({}));
     let more = json!({
-        "how": found.method_text,
+        "method_text": found.method_text,
         "teeth": teeth.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
         "hunting_turns": teeth.hunting_turns().to_string(),
         "ratio": {

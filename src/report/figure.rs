@@ -406,7 +406,7 @@ impl Curve {
         }
     }
 
-    /// Its drawing: solid lines of a colour that comes again are dashed, then dotted.
+    /// The mark as drawn: solid lines of a colour that comes again are dashed, then dotted.
     pub fn shown_mark(&self) -> Mark {
         match (self.mark, self.ink) {
             (Mark::Line(width, LineStyle::Solid), Ink::Series(k)) if k >= COLOURS => {

@@ -49,10 +49,10 @@ impl Presentation for StudyReport<'_, HarmonicBalanceResult> {
             "node": result.node,
             "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
             "nonlinear": result.branches,
-            "special": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
+            "bifurcations": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
             "points": result.curve.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
-            "doubled": result.curve.period_doubled.iter().map(|d| json!({
-                "born_at_special": d.bifurcation,
+            "period_doubled": result.curve.period_doubled.iter().map(|d| json!({
+                "born_at_bifurcation": d.bifurcation,
                 "points": d.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
             "tongues": tongues,

@@ -50,7 +50,7 @@ impl Presentation for LogReport<IdentificationResult> {
         Ok(json!({
             "method": found.method.name(),
             "rule": found.selection_rule,
-            "how": found.method_text,
+            "method_text": found.method_text,
             "band_hz": [found.band_hz.0, found.band_hz.1],
             "hits": hits.collect::<Vec<_>>(),
             "averages": found.responses.as_ref().and_then(|r| r.averages),
@@ -61,7 +61,7 @@ impl Presentation for LogReport<IdentificationResult> {
             "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m, None)).collect::<Vec<_>>(),
             "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
             "omitted": omitted.collect::<Vec<_>>(),
-            "course": found.tracking().map_or(Value::Array(Vec::new()), mode_tracking::json),
+            "tracking": found.tracking().map_or(Value::Array(Vec::new()), mode_tracking::json),
             "evidence": evidence(&found.evidence),
             "tests": tests(&found.evidence),
             "chi2": fit.map(|f| f.chi2),

@@ -45,7 +45,7 @@ impl Presentation for MeasurementReport<'_> {
     fn table(&self) -> Table<'_> {
         let (gear, result) = (self.gear, &self.result);
         let mut table = Table::new(
-            "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_asked|grade|within|limiting",
+            "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_requested|grade|within|limiting",
         );
         let micro = |x: Option<f64>| or_blank(x, |x| decimal(1e6 * x));
         for row in &result.rows {
@@ -129,13 +129,13 @@ fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
         "std_um": row.estimate.std.map(micro),
         "lower_limit_um": row.limits.map(|limits| micro(limits.0)),
         "upper_limit_um": row.limits.map(|limits| micro(limits.1)),
-        "grade_asked": row.required_grade,
+        "grade_requested": row.required_grade,
         "grade": grade(required_grade_result(gear, row)),
         "grade_1995": grade(row.achieved[0]),
         "grade_2013": grade(row.achieved[1]),
         "coarser_than_all_grades": matches!(required_grade_result(gear, row), Some(AchievedGrade::Beyond(_))),
         "within": row.is_within_limits(),
-        "in_doubt": row.is_inconclusive(),
+        "is_inconclusive": row.is_inconclusive(),
         "limiting": row.limiting,
     })
 }

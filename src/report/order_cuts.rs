@@ -37,7 +37,7 @@ impl Presentation for LogReport<OrderCuts> {
         };
         Ok(json!({
             "kind": "order-cut",
-            "how": found.method_text,
+            "method_text": found.method_text,
             "turns": found.turns,
             "time_s": found.time_s,
             "speed_rpm": found.speed.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),

@@ -54,7 +54,7 @@ pub trait Presentation {
         String::new()
     }
 
-    /// The warnings stand above the result, because what they name decides whether the rest is of use; by default they stand below it.
+    /// Whether warnings precede the result, because they decide whether the rest is of use; by default they follow it.
     fn warnings_first(&self) -> bool {
         false
     }

@@ -55,7 +55,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
             "critical": result.critical.iter().map(|c| json!({
                 "speed_rpm": rpm(c.speed), "frequency_hz": c.omega / TAU, "excitation": c.excitation,
                 "order": result.excitations[c.excitation].fraction, "source": result.excitations[c.excitation].source,
-                "amplitude": c.amplitude, "danger": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
+                "amplitude": c.amplitude, "highest_strain_energy": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
             })).collect::<Vec<_>>(),
             "reason": result.choice.reason,
         }))

@@ -56,7 +56,7 @@ impl Presentation for LogReport<SpectrumResult> {
             .collect();
         let mut document = json!({
             "kind": kind(found.kind),
-            "how": found.method_text,
+            "method_text": found.method_text,
             "averages": found.averages,
             "resolution": found.abscissa_step,
             "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),

@@ -435,7 +435,7 @@ fn exact_steps_and_releases() {
         let kept: Vec<&str> = rows.lines().skip(from).collect();
         fs::write(&log, format!("{head}\n{}\n", kept.join("\n"))).unwrap();
         let found = identified(&log);
-        let how = found["how"].as_str().unwrap();
+        let how = found["method_text"].as_str().unwrap();
         assert!(how.contains(&format!("{steps} step")), "{how}");
         match steps {
             1 => assert_truth(&found, 5.0),

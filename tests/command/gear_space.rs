@@ -242,7 +242,7 @@ fn refuses_wrong_files_of_gears_in_space() {
         &format!("gear = \"{}\"", worm.display()),
     );
     let (_, message) = refusal(&["modes", &path]);
-    assert!(message.contains("takes no mesh"), "{message}");
+    assert!(message.contains("make it a [[worm_pair]]"), "{message}");
 }
 
 /// Plan, check, figures and CSV of each kind.

@@ -286,7 +286,7 @@ fn law_course_by_the_command() {
     };
     let modes = found["modes"].as_array().unwrap();
     assert!(near(&modes[0], 50.0), "{modes:?}");
-    let tracks = found["course"].as_array().unwrap();
+    let tracks = found["tracking"].as_array().unwrap();
     let points = |k: usize| tracks[k]["points"].as_array().unwrap();
     assert!(near(&points(0)[10], 60.0), "{}", points(0)[10]);
     let rows: usize = (0..tracks.len()).map(|k| points(k).len()).sum();
@@ -591,7 +591,7 @@ fn exact_blocks_over_gaps() {
         "identify", "gaps.csv", "--input", "force", "--output", "X1,X2", "--json",
     ];
     let found = document(folder.path(), &arguments);
-    let how = found["how"].as_str().unwrap();
+    let how = found["method_text"].as_str().unwrap();
     // The largest product of powers of 2, 3 and 5 in 8500 samples.
     let said = ["4 blocks of 8.1920 s", "5.7320 s of 38.5000 s not used"];
     assert!(said.iter().all(|s| how.contains(s)), "{how}");
@@ -600,7 +600,7 @@ fn exact_blocks_over_gaps() {
         folder.path(),
         &[&arguments[..], &["--window", "hann"]].concat(),
     );
-    let how = averaged["how"].as_str().unwrap();
+    let how = averaged["method_text"].as_str().unwrap();
     assert!(how.contains("blocks of 2.0480 s"), "{how}");
     assert_modes(&averaged, "over gaps, averaged", 0.0);
 }

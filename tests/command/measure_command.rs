@@ -222,7 +222,7 @@ fn exact_limits_out_of_a_table() {
     assert_eq!(total["within"], true);
     let adjacent = of(&found, "fu", "left");
     assert_eq!(
-        (adjacent["grade_asked"].as_u64(), &adjacent["within"]),
+        (adjacent["grade_requested"].as_u64(), &adjacent["within"]),
         (Some(7), &Value::Bool(true))
     );
     assert_eq!(of(&found, "fp", "left")["upper_limit_um"], Value::Null);

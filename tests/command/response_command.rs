@@ -203,7 +203,7 @@ fn ref_folds_by_command() {
         &svg,
     ]);
     let natural = 2115.0 * 60.0 / 25.0;
-    let fold = &found["special"][0];
+    let fold = &found["bifurcations"][0];
     assert_eq!(fold["kind"], "fold");
     within(
         "speed of the fold",
@@ -252,7 +252,7 @@ fn exact_critical_speed_of_a_mesh() {
         (mesh["speed_rpm"].as_f64().unwrap() * 25.0 / 60.0 / natural - 1.0).abs(),
         1e-9,
     );
-    assert_eq!(mesh["danger"], "pair");
+    assert_eq!(mesh["highest_strain_energy"], "pair");
     // At resonance 1 µm moves the force by k (1 + 2iζ)/(2iζ) · 1 µm and the mean stays: k = 400 N/µm, ζ = 0.05.
     let exact = 400.0 * (1.0f64 + 0.01).sqrt() / 0.1;
     within(

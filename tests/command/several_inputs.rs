@@ -125,7 +125,7 @@ fn law_responses_and_coherence_of_two_forces() {
     // One pole pair is asked for: nothing but the responses is looked at.
     let quick = ["--frf", "frf.json", "--order", "1"];
     let found = document(folder, &[&DRIVEN[..], &quick].concat());
-    let how = found["how"].as_str().unwrap();
+    let how = found["method_text"].as_str().unwrap();
     assert!(how.contains("local parabolas"), "{how}");
     check_responses(folder, 1.0);
     let averaged = ["--resolution", "0.5"];

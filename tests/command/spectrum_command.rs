@@ -111,7 +111,12 @@ fn exact_tone() {
     let amplitude = channel["peaks"][0]["amplitude"].as_f64().unwrap();
     within("velocity", (amplitude / expected - 1.0).abs(), 0.01);
     assert_eq!(channel["unit"], "m/s");
-    assert!(speed["how"].as_str().unwrap().contains("nothing below"));
+    assert!(
+        speed["method_text"]
+            .as_str()
+            .unwrap()
+            .contains("nothing below")
+    );
 }
 
 /// White noise of variance σ² at rate f has the density 2σ²/f; its χ² interval holds 1.
@@ -528,9 +533,12 @@ fn law_separation_leaves_the_noise() {
         document(&[&base[..], &["--separate"]].concat()),
     );
     assert!(
-        rest["how"].as_str().unwrap().contains("of the random part"),
+        rest["method_text"]
+            .as_str()
+            .unwrap()
+            .contains("of the random part"),
         "{}",
-        rest["how"]
+        rest["method_text"]
     );
     let (lines, before, after) = (
         numbers(&whole["frequency_hz"]),

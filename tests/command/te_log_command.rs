@@ -646,7 +646,7 @@ fn exact_record_that_stands_still_at_its_ends() {
         ])
     };
     let whole = counters([0, 0], 0.0, "moving.csv");
-    assert!(!whole["how"].to_string().contains("is at rest"));
+    assert!(!whole["method_text"].to_string().contains("is at rest"));
     for jitter in [0.5, 0.6] {
         let rested = counters([3000, 5000], jitter, "rested.csv");
         assert_eq!(rested["runs"].as_array().unwrap().len(), 1, "{jitter}");
@@ -654,7 +654,7 @@ fn exact_record_that_stands_still_at_its_ends() {
         let rows = |key: &str| runs[key].as_f64().unwrap();
         assert!((rows("first_row") - 3000.0).abs() < 20.0, "{runs}");
         assert!((rows("last_row") - 23_000.0).abs() < 20.0, "{runs}");
-        let how = rested["how"].to_string();
+        let how = rested["method_text"].to_string();
         assert!(
             how.contains("is at rest") && how.contains("counts of the input"),
             "{how}"

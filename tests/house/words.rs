@@ -47,6 +47,7 @@ const IN_NAMES: &[&str] = &[
 ];
 /// Words that a first doc sentence does without.
 const IN_DOCS: &[&str] = &[
+    "freedoms",
     "swing",
     "swings",
     "doubt",
@@ -153,9 +154,26 @@ impl<'ast> Visit<'ast> for Words {
     }
     fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
         self.item(&item.sig.ident, &item.attrs);
+        visit::visit_item_fn(self, item);
     }
     fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
         self.item(&item.sig.ident, &item.attrs);
+        visit::visit_impl_item_fn(self, item);
+    }
+    fn visit_trait_item_fn(&mut self, item: &'ast syn::TraitItemFn) {
+        self.item(&item.sig.ident, &item.attrs);
+        visit::visit_trait_item_fn(self, item);
+    }
+    fn visit_item_trait(&mut self, item: &'ast syn::ItemTrait) {
+        self.item(&item.ident, &item.attrs);
+        visit::visit_item_trait(self, item);
+    }
+    fn visit_item_type(&mut self, item: &'ast syn::ItemType) {
+        self.item(&item.ident, &item.attrs);
+    }
+    fn visit_item_static(&mut self, item: &'ast syn::ItemStatic) {
+        self.item(&item.ident, &item.attrs);
+        visit::visit_item_static(self, item);
     }
     fn visit_item_struct(&mut self, item: &'ast syn::ItemStruct) {
         self.item(&item.ident, &item.attrs);
@@ -176,6 +194,7 @@ impl<'ast> Visit<'ast> for Words {
     }
     fn visit_item_const(&mut self, item: &'ast syn::ItemConst) {
         self.item(&item.ident, &item.attrs);
+        visit::visit_item_const(self, item);
     }
     fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
         if !item.attrs.iter().any(|a| a.path().is_ident("cfg")) {

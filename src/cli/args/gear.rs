@@ -136,7 +136,7 @@ pub struct ReverseArgs {
     /// The page.
     #[command(flatten)]
     pub page: PageArgs,
-    /// No warnings, no word about what was done
+    /// Print no warnings, no progress and no notes
     #[arg(long)]
     pub quiet: bool,
 }

@@ -43,7 +43,7 @@ pub struct IdentifyArgs {
     /// Write the transfer functions and their state space (.json, .csv or .mat)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub export: Option<PathBuf>,
-    /// Sample the exported state space (s where bare)
+    /// Sampling interval of the exported state space (default unit s)
     #[arg(
         long,
         value_name = "TIME",

@@ -74,10 +74,10 @@ pub enum Command {
   geardyn check models/y2250.toml models/two_disc.toml
   geardyn check data/spindle_impact.csv")]
     Check(CheckArgs),
-    /// Explain the word behind an error, a warning or a repair
+    /// Explain the code of an error, a warning or a repair
     #[command(after_help = "Example:\n  geardyn explain contradictory-ratios")]
     Explain {
-        /// The word in brackets behind an error or a warning, or before a repair; all of them where left out
+        /// The code in brackets behind an error or a warning, or before a repair; all of them by default
         code: Option<String>,
     },
     /// Say what would be computed, what is left out and why, without computing it
@@ -213,7 +213,7 @@ pub struct ConvertArgs {
     /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
-    /// No warnings, no word about what was done
+    /// Print no warnings, no progress and no notes
     #[arg(long)]
     pub quiet: bool,
 }
@@ -244,7 +244,7 @@ pub struct RunArgs {
     /// Draw the figures of all studies into this folder, as NUMBER-STUDY.svg
     #[arg(long, value_name = "DIR")]
     pub svg: Option<PathBuf>,
-    /// No word about what was done and left out
+    /// Print no notes on what ran and what was left out
     #[arg(long)]
     pub quiet: bool,
 }

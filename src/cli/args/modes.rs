@@ -65,8 +65,8 @@ pub struct PlanArgs {
     /// Keys of the study of modes.
     #[command(flatten)]
     pub study: KeyFlags<ModesKeys>,
-    /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
-    /// within --tolerance, then a relative change, 1e-3 where left out
+    /// Also list the degrees of freedom that could follow statically with all frequencies up to this one (default unit Hz)
+    /// within the relative change --tolerance (default 1e-3)
     #[arg(long, value_name = "FREQUENCY")]
     pub advise: Option<String>,
     /// Keys of the motions that would be integrated.

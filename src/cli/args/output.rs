@@ -38,7 +38,7 @@ pub struct OutputArgs {
     /// The page.
     #[command(flatten)]
     pub page: PageArgs,
-    /// No warnings, no word about what was done
+    /// Print no warnings, no progress and no notes
     #[arg(long)]
     pub quiet: bool,
 }

@@ -39,7 +39,7 @@ pub struct SpectrumArgs {
         help_heading = "The shaft"
     )]
     pub at: Option<String>,
-    /// A rolling bearing on the shaft: rolling elements, their diameter and that of the pitch circle (mm where bare), contact angle (deg where bare)
+    /// A rolling bearing on the shaft: rolling elements, their diameter and that of the pitch circle (default unit mm), contact angle (default unit deg)
     #[arg(long, value_name = "n,d,D,angle", help_heading = "The shaft")]
     pub bearing: Option<String>,
     /// Keys of the log.

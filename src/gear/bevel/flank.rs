@@ -41,7 +41,7 @@ const ON_BLADE: f64 = 1e-9;
 /// Shares of a part of the blade below the flank from which its points are sought.
 const PART_STARTS: [f64; 3] = [0.7, 0.3, 0.95];
 
-/// What a part of the blade, or the plane of a crown gear, leaves of the work.
+/// The envelope of a part of the blade, or of the plane of a crown gear, on the work.
 pub type FlankEnvelope = Envelope<BladeSurface, WorkFrame>;
 
 /// A flank of a bevel gear: what a cutter leaves of the work within an axial section.

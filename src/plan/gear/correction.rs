@@ -74,7 +74,7 @@ pub struct ContactChange {
 /// the curvature of a profile, 4.5 µm at 3 mm from its profile height.
 fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
     use crate::gear::cut::setting::SettingKind::{Angle, Length, Ratio};
-    /// Of the coefficients 2C, 6D, 24E, 120F: each turns the work alike at the ends of the roll.
+    /// Reaches of the coefficients 2C, 6D, 24E, 120F: each turns the work alike at the ends of the roll.
     const MODIFIED_ROLL: [f64; 4] = [1e-2, 1e-1, 1.0, 10.0];
     match (setting, setting.kind()) {
         (Setting::ModifiedRoll(k), _) => MODIFIED_ROLL[k],

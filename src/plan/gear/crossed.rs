@@ -247,7 +247,7 @@ fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Ve
         all.push(Diagnostic {
             code: "interference",
             message: format!(
-                "the flank of the gear enters that of the pinion by {:.1} µm at radii of {:.3} and {:.3} mm, beside the path of contact",
+                "the flank of the gear enters that of the pinion by {:.1} µm at radii of {:.3} and {:.3} mm, off the path of contact",
                 1e6 * cut.depth,
                 1e3 * cut.radii[0],
                 1e3 * cut.radii[1]
@@ -310,7 +310,7 @@ pub fn plan(file: &CrossedFile) -> Vec<(&'static str, StageDecision)> {
             "contact",
             runs("path of contact, ellipse, sliding; the transmission error is zero at any centre distance and shaft angle"),
         ),
-        ("limits", runs("interference at both base cylinders and beside the path, contact ratio, backlash, face widths")),
+        ("limits", runs("interference at both base cylinders and off the path, contact ratio, backlash, face widths")),
         ("mesh", leaves("the load on a point of contact is not computed")),
         ("strength rating", leaves("geardyn rates no load capacity")),
     ]);

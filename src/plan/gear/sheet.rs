@@ -8,7 +8,7 @@ use crate::base::source_span::SourceFile;
 use crate::gear::helicoid::turning_pair::TurningPair;
 use crate::plan::decision::StageDecision;
 
-/// What is computed when it is first shown; none where there is nothing to show.
+/// A value computed when it is first shown; none where there is nothing to show.
 pub type OnDemand<T> = LazyLock<Option<T>, Box<dyn FnOnce() -> Option<T> + Send + Sync>>;
 
 /// Result of a gear file.

@@ -47,19 +47,19 @@ pub struct SpectrumStudy {
     pub channels: Vec<String>,
     /// Kind of spectrum.
     pub kind: SpectrumKind,
-    /// Between lines, Hz.
+    /// Frequency resolution, Hz.
     pub frequency_resolution_hz: Option<f64>,
-    /// On each block.
+    /// Window of each block.
     pub window: Option<Window>,
     /// Share of a block that the next has in common with it.
     pub overlap: Option<f64>,
-    /// Over the blocks.
+    /// Average over the blocks.
     pub averaging: Averaging,
-    /// Off each block.
+    /// Trend removed from each block.
     pub detrend: Detrend,
     /// Lines shown, Hz or order; the band-pass of an envelope, Hz.
     pub band: Option<(f64, f64)>,
-    /// The motion wanted instead of the one measured.
+    /// Motion quantity that replaces the measured one, by integration or differentiation.
     pub history: Option<MotionQuantity>,
     /// The channel of the tacho.
     pub tacho: Option<String>,
@@ -71,7 +71,7 @@ pub struct SpectrumStudy {
     pub revolutions: Option<usize>,
     /// Orders to cut, cycles a turn.
     pub cuts: Vec<f64>,
-    /// Only what does not repeat is analysed.
+    /// The analysis takes only the part that does not repeat with the turns.
     pub separate: bool,
     /// Lines that may be there, Hz; orders where the spectrum is one of orders.
     pub expected_lines: Vec<ExpectedLine>,
@@ -248,12 +248,12 @@ pub struct ChannelSpectrum {
     pub speed: Vec<f64>,
 }
 
-/// Spectra and how they were had.
+/// Spectra with the method that made them.
 #[derive(Debug)]
 pub struct SpectrumResult {
     /// Stages that ran, with seconds.
     pub trace: Vec<(&'static str, f64)>,
-    /// In words.
+    /// Method as text.
     pub method_text: String,
     /// Requested kind of spectrum.
     pub kind: SpectrumKind,
@@ -263,13 +263,13 @@ pub struct SpectrumResult {
     pub abscissa: Vec<f64>,
     /// One for each channel.
     pub channel_spectra: Vec<ChannelSpectrum>,
-    /// Between these quefrencies families of lines were looked for, s.
+    /// Quefrencies between which families of lines were sought, s.
     pub quefrency_range_s: Option<(f64, f64)>,
-    /// Between one place and the next.
+    /// Step of the abscissa.
     pub abscissa_step: f64,
     /// Independent averages.
     pub averages: Option<f64>,
-    /// Between which multiples of a density the true one lies with 95 %.
+    /// Multiples of a density between which the true one lies with 95 %.
     pub interval: Option<(f64, f64)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,

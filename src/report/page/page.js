@@ -129,8 +129,8 @@ async function section(part, k, main) {
   let widest = 80;
   for (const line of part.text.trimEnd().split("\n")) {
     const from = isTable(line) ? columnOf(line) : 2;
-    const row = element("div", line || " ", from ? "prose" : "");
-    if (from) row.style.cssText = `padding-left: ${from}ch; text-indent: -${from}ch; max-width: ${Math.max(130, from + SENTENCE)}ch`;
+    const row = element("div", line || " ");
+    if (from) row.style.cssText = `white-space:pre-wrap;padding-left:${from}ch;text-indent:-${from}ch;max-width:${from + 128}ch`;
     if (isTable(line)) widest = Math.max(widest, from ? from + SENTENCE : line.length);
     text.append(row);
   }

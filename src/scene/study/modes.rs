@@ -107,11 +107,15 @@ impl DiscretisationMethod {
 
 impl Word for DiscretisationMethod {
     const WORDS: &'static [(&'static str, DiscretisationMethod, &'static str)] = &[
-        ("zero", DiscretisationMethod::Zero, "They stay"),
+        (
+            "zero",
+            DiscretisationMethod::Zero,
+            "Inputs hold their value",
+        ),
         (
             "first",
             DiscretisationMethod::First,
-            "They go straight to the next sample",
+            "Inputs change linearly to the next sample",
         ),
         ("bilinear", DiscretisationMethod::Bilinear, "Tustin's rule"),
     ];
