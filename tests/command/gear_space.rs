@@ -242,7 +242,10 @@ fn refuses_wrong_files_of_gears_in_space() {
         &format!("gear = \"{}\"", worm.display()),
     );
     let (_, message) = refusal(&["modes", &path]);
-    assert!(message.contains("make it a [[worm_pair]]"), "{message}");
+    assert!(
+        message.contains("of a cylindrical or a bevel pair"),
+        "{message}"
+    );
 }
 
 /// Plan, check, figures and CSV of each kind.

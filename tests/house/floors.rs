@@ -225,7 +225,6 @@ const OWNERS: &[(&str, &str)] = &[
     ("num_rational", "numeric/"),
     ("toml", "base/toml.rs"),
     ("plotters", "report/"),
-    ("comfy_table", "report/"),
     ("clap", "cli/"),
     ("annotate_snippets", "cli/"),
     ("indicatif", "cli/progress.rs"),

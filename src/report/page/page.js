@@ -172,7 +172,7 @@ Object.assign(G, { element, button, colour, number, search, shade, makePlot, tip
 G.start = async () => {
   document.querySelector("h1").textContent = data.title;
   document.querySelector(".command").textContent = data.command;
-  document.querySelector("footer").textContent = `geardyn ${data.version}. Drag: zoom; arrow keys, + and −: move and zoom the plot in focus; 0 or double click: all; t: light and dark.`;
+  document.querySelector("footer").textContent = `geardyn ${data.version}. Drag: zoom; arrow keys, + and −: move and zoom; 0 or double click: all; t: light and dark.`;
   const main = document.querySelector("main");
   if (data.sections.length > 1) data.sections.forEach((part, k) => {
     const link = element("a", `${k + 1} ${part.heading}`);

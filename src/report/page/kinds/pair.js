@@ -293,7 +293,6 @@ G.kind("pair", (data, host) => {
     canvas.setAttribute("aria-label", "flanks of pinion and gear with the contact pattern, and the transmission error over one pitch");
     text.push(`Pattern: where the flanks come closer than ${G.number(1e6 * data.coating_m)} µm, the thickness of a marking compound; green: ${loaded ? "cells that carry" : "the contact of the moment"}; line: path of contact.`);
     if (contact.index.length > 1) text.push("V moves the gear off the pinion's axis, H the pinion along its own.");
-    else text.push("With --vh the page also shows the pattern with the pinion moved.");
   }
   text.push("Drag, or arrow keys with the picture in focus, turn the view.");
   host.append(G.element("p", text.join(" "), "note"));

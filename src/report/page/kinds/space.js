@@ -6,7 +6,7 @@ G.space = (host, height, home) => {
   host.append(canvas);
   const gl = canvas.getContext("webgl2", { alpha: false, preserveDrawingBuffer: true });
   const view = { canvas, still: !gl, ...home };
-  if (!gl) host.append(G.element("p", "This browser shows no WebGL 2, so the picture does not turn by itself; sliders and keys draw it anew.", "note"));
+  if (!gl) host.append(G.element("p", "Without WebGL 2 the picture does not turn by itself; sliders and keys draw it.", "note"));
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
 
