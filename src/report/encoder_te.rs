@@ -204,8 +204,8 @@ fn attribution(all: &Attribution) -> Value {
             "unit": s.display_unit(),
             "declared": s.to_display_unit(s.declared),
             "arrives_arcsec": arcsec(s.output_amplitude),
-            "found": s.identified.map(|f| s.to_display_unit(f.0)),
-            "found_interval": s.identified.map(|f| [s.to_display_unit(f.1.0), s.to_display_unit(f.1.1)]),
+            "identified": s.identified.map(|f| s.to_display_unit(f.0)),
+            "identified_interval": s.identified.map(|f| [s.to_display_unit(f.1.0), s.to_display_unit(f.1.1)]),
         })
     };
     let row = |r: &AttributedOrder| {

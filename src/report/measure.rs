@@ -45,7 +45,7 @@ impl Presentation for MeasurementReport<'_> {
     fn table(&self) -> Table<'_> {
         let (gear, result) = (self.gear, &self.result);
         let mut table = Table::new(
-            "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_requested|grade|within|limiting",
+            "name|old_name|side|location|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_requested|grade|within|limiting",
         );
         let micro = |x: Option<f64>| or_blank(x, |x| decimal(1e6 * x));
         for row in &result.rows {
@@ -123,7 +123,7 @@ fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
         "old_name": old.map(|old| old.symbol),
         "over_pitches": over,
         "side": row.side.name(),
-        "found": row.location,
+        "location": row.location,
         "predicted": row.predicted,
         "value_um": micro(row.estimate.value),
         "std_um": row.estimate.std.map(micro),

@@ -44,7 +44,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         Ok(json!({
             "node": result.node,
             "assumed_amplitude_m": result.assumed,
-            "held": result.fixed_dofs,
+            "fixed_dofs": result.fixed_dofs,
             "speed_rpm": result.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
             "excitations": result.excitations.iter().map(|e| json!({
                 "order": e.fraction, "value": e.order, "source": e.source,

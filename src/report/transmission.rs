@@ -207,7 +207,7 @@ fn budget(
         json!({
             "element": name,
             "share": e.share,
-            "one_grade_better": e.one_grade_finer,
+            "one_grade_finer": e.one_grade_finer,
             "without": e.rss_without,
             "worst_case_without": e.worst_without,
         })

@@ -328,8 +328,8 @@ fn elements(result: &TransmissionResult) -> String {
     };
     let mut order = falling_order((0..result.elements.len()).map(share));
     order.truncate(ELEMENTS);
-    const AT_SPEED: &str = "at speed: share [%]|one grade better [% off]|without it [% off]";
-    let mut table = Table::named("element|share [%]|one grade better [% off]|without it [% off]")
+    const AT_SPEED: &str = "at speed: share [%]|one grade finer [% off]|without it [% off]";
+    let mut table = Table::named("element|share [%]|one grade finer [% off]|without it [% off]")
         .columns_if(fast.is_some(), AT_SPEED);
     for &e in order.iter().filter(|&&e| share(e) > 0.0) {
         let mut cells = vec![result.elements[e].clone()];

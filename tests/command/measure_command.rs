@@ -624,7 +624,7 @@ fn exact_internal_gear() {
                 (row["value_um"].as_f64().unwrap() + 60.0).abs() < 1e-3,
                 "{row}"
             );
-            let how = row["found"].as_str().unwrap();
+            let how = row["location"].as_str().unwrap();
             assert!(
                 how.contains("spaces") || how.contains("between balls"),
                 "{how}"

@@ -407,11 +407,11 @@ fn exact_declared_errors_come_back() {
             "{source}"
         );
         assert!((source["declared"].as_f64().unwrap() - declared).abs() < 1e-9);
-        let range = source["found_interval"].as_array().unwrap();
+        let range = source["identified_interval"].as_array().unwrap();
         let (low, high) = (range[0].as_f64().unwrap(), range[1].as_f64().unwrap());
         inside += usize::from(low <= declared && declared <= high);
         // a deviation is about a quarter of an interval
-        let off = (source["found"].as_f64().unwrap() - declared).abs();
+        let off = (source["identified"].as_f64().unwrap() - declared).abs();
         assert!(off < 1.2 * (high - low), "{source}");
     }
     assert!(inside >= 4, "{inside}");
@@ -463,9 +463,9 @@ fn exact_errors_behind_a_free_driver() {
     let row = orders.iter().find(|o| o["order"] == "40").unwrap();
     let source = &row["sources"][0];
     let bound = found["interpolation_error_relative"].as_f64().unwrap();
-    let size = source["found"].as_f64().unwrap();
+    let size = source["identified"].as_f64().unwrap();
     assert!((size / 0.4 - 1.0).abs() < bound, "{row}");
-    let range = source["found_interval"].as_array().unwrap();
+    let range = source["identified_interval"].as_array().unwrap();
     assert!(range[0].as_f64().unwrap() < 0.4 && 0.4 < range[1].as_f64().unwrap());
     let warnings = found["warnings"].as_array().unwrap();
     assert!(
