@@ -91,7 +91,7 @@ def run(program, arguments, option, path):
 
 def main():
     program = str(pathlib.Path(sys.argv[1]).resolve())
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         folder = pathlib.Path(folder)
         for name, arguments, end in FIGURES:
             run(program, arguments, "--svg", str(folder / f"{name}.svg"))
@@ -104,6 +104,7 @@ def main():
             page.write_text(page.read_text().replace(f"{folder}/", "").replace(" --quiet", ""))
             (PICTURES / f"{name}.png").write_bytes(browser.picture(page, first, last, most))
         browser.process.terminate()
+        browser.process.wait()
 
 
 if __name__ == "__main__":
