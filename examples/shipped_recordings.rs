@@ -15,9 +15,7 @@ use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::plan::stages::ModesPlan;
 use geardyn::internals::plan::transmission;
 use geardyn::internals::scene;
-use geardyn::internals::scene::study::{
-    DiscretisationMethod, ModesStudy, StateSpaceStudy, StudyKind,
-};
+use geardyn::internals::scene::study::{InputHold, ModesStudy, StateSpaceStudy, StudyKind};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -40,7 +38,7 @@ fn main() -> Outcome<()> {
 }
 
 /// The machine between its inputs and outputs, every `step` seconds.
-fn sampled(step: f64, hold: DiscretisationMethod) -> Outcome<(PreparedMachine, ModesResult)> {
+fn sampled(step: f64, hold: InputHold) -> Outcome<(PreparedMachine, ModesResult)> {
     let scene = scene::read(Path::new(MODEL))?;
     let prepared = PreparedMachine::new(&scene.model)?;
     let names = |all: [&str; 2]| all.map(str::to_string).to_vec();
@@ -160,7 +158,7 @@ fn struck() -> Outcome<()> {
         (2.8666, 1350.0),
     ];
     let step = 1.0 / (RATE * FINER as f64);
-    let (prepared, answer) = sampled(step, DiscretisationMethod::First)?;
+    let (prepared, answer) = sampled(step, InputHold::First)?;
     let count = (SECONDS * RATE) as usize * FINER;
     let force: Vec<f64> = (0..count)
         .map(|k| {
@@ -205,7 +203,7 @@ fn cutting() -> Outcome<()> {
     const BROAD: f64 = 120.0; // N rms
     const FIRST: f64 = 60.0; // N; the harmonics fall with their number
     const NOISE: f64 = 0.01; // m/s²
-    let (prepared, answer) = sampled(1.0 / RATE, DiscretisationMethod::Zero)?;
+    let (prepared, answer) = sampled(1.0 / RATE, InputHold::Zero)?;
     let mut normal = Normal::with_seed(SEED);
     let forces: Vec<[f64; 2]> = (0..(SECONDS * RATE) as usize)
         .map(|k| {
@@ -250,7 +248,7 @@ fn run_up() -> Outcome<()> {
     const MESH_FORCE: f64 = 25.0; // N
     const NOISE: f64 = 0.01; // m/s²
     const PULSE: f64 = 0.1; // share of a turn
-    let (prepared, answer) = sampled(1.0 / (RATE * FINER as f64), DiscretisationMethod::First)?;
+    let (prepared, answer) = sampled(1.0 / (RATE * FINER as f64), InputHold::First)?;
     let turns = |k: usize| {
         let t = k as f64 / (RATE * FINER as f64);
         (RPM[0] * t + (RPM[1] - RPM[0]) * t * t / (2.0 * SECONDS)) / 60.0

@@ -93,9 +93,9 @@ pub use recording::raw::Repair;
 pub use recording::signals::{Channel, Recording};
 pub use scene::mesh_table::MeshStudy;
 pub use scene::study::{
-    DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, OrderTrackingStudy,
-    ReductionKind, ReductionStudy, ResponseMethodTag, ResponseQuantity, ResponseStudy,
-    SimulateStudy, SpeedRange, StateSpaceStudy, TransmissionStudy,
+    IndexingStudy, InputHold, ModesStudy, OnlineStudy, OrderTrackingStudy, ReductionKind,
+    ReductionStudy, ResponseMethodTag, ResponseQuantity, ResponseStudy, SimulateStudy, SpeedRange,
+    StateSpaceStudy, TransmissionStudy,
 };
 pub use spectrum::frf::Estimator;
 pub use spectrum::integrate::MotionQuantity;

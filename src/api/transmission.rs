@@ -4,7 +4,6 @@ use crate::base::error::Diagnostic;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
-use crate::report::te_lines::source;
 
 /// The transmission error of a chain at its output.
 #[derive(Debug, Clone)]
@@ -41,7 +40,7 @@ impl TransmissionError {
         let component = |row: &OrderLineResult| OrderComponent {
             order: row.line.order.to_f64(),
             order_fraction: row.line.order.to_string(),
-            source: source(machine, row),
+            source: row.source(machine),
             value: result.quasi_static(row),
             value_at_speed: row.dynamic,
             share: row.share,

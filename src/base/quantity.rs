@@ -15,7 +15,10 @@ pub fn parse(text: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error
     if unit.is_empty() {
         return Err(missing_unit(value.text, kind, subject));
     }
-    in_unit(value.value, unit, kind, subject)
+    match degrees_and_minutes(text, kind) {
+        Some(angle) => angle,
+        None => in_unit(value.value, unit, kind, subject),
+    }
 }
 
 /// As `parse`, but a bare number is in `default_unit`.
@@ -27,7 +30,48 @@ pub fn parse_or_bare(
 ) -> Result<f64, Error> {
     let (value, unit) = number(text, subject)?;
     let unit = if unit.is_empty() { default_unit } else { unit };
-    in_unit(value.value, unit, kind, subject)
+    match degrees_and_minutes(text, kind) {
+        Some(angle) => angle,
+        None => in_unit(value.value, unit, kind, subject),
+    }
+}
+
+/// An angle in degrees with minutes and seconds, `18°02′44″`, as sheets of settings give it, rad; none of another form.
+fn degrees_and_minutes(text: &str, kind: QuantityKind) -> Option<Result<f64, Error>> {
+    let (degrees, rest) = text.trim().split_once('°')?;
+    let has_more = rest
+        .trim()
+        .starts_with(|c: char| c.is_ascii_digit() || c == '-');
+    if kind != QuantityKind::Angle || !has_more {
+        return None;
+    }
+    let angle = || {
+        let (sign, degrees) = match degrees.strip_prefix(['-', '−']) {
+            Some(size) => (-1.0, size),
+            None => (1.0, degrees),
+        };
+        let part = |text: &str| {
+            let text = text.trim();
+            let is_number = text.starts_with(|c: char| c.is_ascii_digit());
+            let value = text.parse::<f64>().ok().filter(|_| is_number);
+            value.filter(|value| (0.0..60.0).contains(value))
+        };
+        let (minutes, rest) = rest.split_once(['′', '\''])?;
+        let seconds = match rest.trim().strip_suffix(['″', '"']) {
+            Some(seconds) => part(seconds)?,
+            None => rest.trim().is_empty().then_some(0.0)?,
+        };
+        let whole = f64::from(degrees.trim().parse::<u32>().ok()?);
+        Some(sign * (whole + (part(minutes)? + seconds / 60.0) / 60.0).to_radians())
+    };
+    Some(angle().ok_or_else(|| {
+        let message = format!(
+            "\"{}\" is not an angle in degrees, minutes and seconds",
+            truncate(text)
+        );
+        let hint = "write whole degrees, then minutes and seconds below 60: \"18°02′44″\"";
+        Error::new(Code::OutOfRange, message).with_hint(hint)
+    }))
 }
 
 /// Reads `A:B` with 0 ≤ A < B, in SI; bare numbers as on the command line. `what` it is as text, and an example.
@@ -365,6 +409,18 @@ mod tests {
         close("3 Hz", QuantityKind::Frequency, 3.0 * TAU);
         close("20 deg", QuantityKind::Angle, PI / 9.0);
         close("20°", QuantityKind::Angle, PI / 9.0);
+        close("18°30′", QuantityKind::Angle, 18.5 * PI / 180.0);
+        let bare = parse_or_bare("18°30′", QuantityKind::Angle, "rad", "`k`");
+        assert_eq!(bare.ok(), parse("18.5°", QuantityKind::Angle, "`k`").ok());
+        close("-0°01′30″", QuantityKind::Angle, -0.025 * PI / 180.0);
+        close(
+            "18° 02' 44.4\"",
+            QuantityKind::Angle,
+            64_964.4 * PI / 648_000.0,
+        );
+        for wrong in ["18°72′", "18°2", "18.5°30′", "1°-2′", "1°2′3"] {
+            assert!(parse(wrong, QuantityKind::Angle, "`k`").is_err(), "{wrong}");
+        }
         close("3″", QuantityKind::Angle, 3.0 * PI / 648_000.0);
         for text in ["0.0095 kg·m²", "0.0095 kg m2", "0.0095 kg*m^2", "95 kg·cm²"] {
             close(text, QuantityKind::Inertia, 0.0095);

@@ -383,8 +383,8 @@ impl<'a, 'n> TableReader<'a, 'n> {
                 .map_or(String::new(), |word| format!("did you mean \"{word}\"? "));
             let hint = format!("{meant}it takes {takes}");
             self.report(Code::OutOfRange, message, &item.span, &hint);
-            // The kind says which other keys there are.
-            self.open |= key == "kind";
+            // Kind and type say which other keys there are.
+            self.open |= matches!(key, "kind" | "type");
         }
         found.map(|(_, value)| *value)
     }

@@ -146,6 +146,7 @@ const SYMBOLS: &[(&str, f64, [i8; 4], bool)] = &[
     ("″", PI / 648_000.0, [0, 0, 0, 1], false),
     // The inch, the foot and the pound are exact by the agreement of 1959, the pound-force with g = 9.80665 m/s².
     ("in", 0.0254, [1, 0, 0, 0], false),
+    ("inch", 0.0254, [1, 0, 0, 0], false),
     ("ft", 0.3048, [1, 0, 0, 0], false),
     ("lb", 0.453_592_37, [0, 1, 0, 0], false),
     ("lbm", 0.453_592_37, [0, 1, 0, 0], false),

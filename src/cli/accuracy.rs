@@ -51,7 +51,7 @@ fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> 
     let target_error = flags.read("a gear file", None, &[], |f| {
         f.optional_number("error", ValueRange::Positive)
     })?;
-    let kind = gear_kind::pair_kind(source);
+    let kind = gear_kind::pair_kind(source)?;
     if !matches!(kind, PairKind::Cylindrical | PairKind::Bevel) {
         let message = "loads are shared between cylindrical gears and bevel gears only";
         return Err(Error::new(Code::Usage, message)

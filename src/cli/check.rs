@@ -116,7 +116,7 @@ fn summarise_sidecar(
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let flags = Flags::default();
     let mut sources = vec![source.clone()];
-    let (title, what, teeth, warnings) = match scene::gear_kind::pair_kind(&source) {
+    let (title, what, teeth, warnings) = match scene::gear_kind::pair_kind(&source)? {
         PairKind::Cylindrical => {
             let mut file = scene::gear_file::read(&source, &flags)?;
             file.mesh.torques.clear();

@@ -49,7 +49,7 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
     let (source, flags) = (load::load(path)?, &args.mesh.flags);
     let quiet = args.out.quiet || args.out.json;
     gear_kind::check_is_gear_file(&source)?;
-    match gear_kind::pair_kind(&source) {
+    match gear_kind::pair_kind(&source)? {
         PairKind::Cylindrical => {
             let file = gear_file::read(&source, flags)?;
             let outputs = GearOutputs::check(args, &CYLINDRICAL_FIGURES, &[path.to_path_buf()])?;
@@ -103,7 +103,7 @@ pub fn gear_source(path: &Path) -> Result<Option<Arc<SourceFile>>, Error> {
 /// Whatever is wrong with the file.
 pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
     let flags = Flags::default();
-    Ok(match gear_kind::pair_kind(source) {
+    Ok(match gear_kind::pair_kind(source)? {
         PairKind::Cylindrical => GearPlan {
             stages: run::plan(&gear_file::read(source, &flags)?),
             sources: vec![source.clone()],
@@ -165,12 +165,14 @@ impl<'a> GearOutputs<'a> {
         outlines: impl FnOnce() -> Vec<NamedOutline>,
     ) -> Result<u8, Errors> {
         if self.flank.is_some() {
-            return Err(nothing_to_write("flanks", "--flank").into());
+            return Err(
+                nothing_to_write("flanks", "omit --flank: only bevel pairs write flanks").into(),
+            );
         }
         if let Some((path, format)) = self.outline {
             let outlines = outlines();
             if outlines.is_empty() {
-                return Err(nothing_to_write("outlines", "--outline").into());
+                return Err(nothing_to_write("outlines", NO_OUTLINES).into());
             }
             self.outputs.write(path, |to| {
                 let written = format.write(&outlines, to);
@@ -183,7 +185,7 @@ impl<'a> GearOutputs<'a> {
     /// Writes the flanks and presents the result.
     fn present_bevel(mut self, answer: &BevelReport) -> Result<u8, Errors> {
         if self.outline.is_some() {
-            return Err(nothing_to_write("outlines", "--outline").into());
+            return Err(nothing_to_write("outlines", NO_OUTLINES).into());
         }
         if let Some((path, format)) = self.flank {
             let (result, sides) = (&answer.result, answer.file.contact.side.flanks());
@@ -197,7 +199,7 @@ impl<'a> GearOutputs<'a> {
                 FlankFormat::Stl => {
                     let solids = flank_file::solids(result, sides);
                     if solids.is_empty() {
-                        return Err(nothing_to_write("whole teeth", "--flank").into());
+                        return Err(nothing_to_write("whole teeth", "describe both flanks with mean_normal_thickness, or write --flank FILE.csv").into());
                     }
                     self.outputs.write(path, |to| {
                         flank_file::write_stl(&solids, to).map_err(failed)
@@ -210,10 +212,12 @@ impl<'a> GearOutputs<'a> {
 }
 
 /// An output that this pair does not have.
-fn nothing_to_write(what: &str, flag: &str) -> Error {
-    Error::new(Code::Usage, format!("there are no {what} to write"))
-        .with_hint(format!("omit {flag}; `geardyn plan` gives the reason"))
+fn nothing_to_write(what: &str, remedy: &str) -> Error {
+    Error::new(Code::Usage, format!("there are no {what} to write")).with_hint(remedy)
 }
+
+/// The remedy where a pair has no outlines.
+const NO_OUTLINES: &str = "omit --outline: only cylindrical and non-circular gears have outlines";
 
 /// The file of flanks with the format of its suffix.
 fn flank_format(path: &Path) -> Result<(&Path, FlankFormat), Error> {
@@ -253,7 +257,7 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
 fn load_bevel(path: &Path, message: &str, hint: &str) -> Result<Arc<SourceFile>, Errors> {
     let source = load::load(path)?;
     gear_kind::check_is_gear_file(&source)?;
-    match gear_kind::pair_kind(&source) {
+    match gear_kind::pair_kind(&source)? {
         PairKind::Bevel => Ok(source),
         _ => Err(Error::new(Code::Usage, message).with_hint(hint).into()),
     }

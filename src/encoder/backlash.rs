@@ -10,7 +10,7 @@ use crate::numeric::Complex;
 use crate::numeric::statistics::extremes;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
-/// The play.
+/// Backlash between both directions of rotation, as an angle of the output.
 #[derive(Debug, Clone)]
 pub struct AngularBacklash {
     /// Over all angles that passed in both directions, rad.

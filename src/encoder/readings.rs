@@ -74,7 +74,7 @@ impl EncoderScale {
     };
 }
 
-/// Both shafts.
+/// Scales of the encoders of both shafts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderScales {
     /// Scale of the input encoder.

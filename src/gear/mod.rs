@@ -8,6 +8,9 @@ pub mod kernel;
 /// Plane meshing: ratio laws, centrodes, conjugate profiles.
 pub mod plane;
 
+/// Hand of teeth.
+pub mod hand;
+
 /// Cylindrical involute gears: member, outline, pair, reversal.
 pub mod cylindrical;
 

@@ -8,6 +8,8 @@ pub mod pole_shift;
 
 pub mod level_dependence;
 
+pub mod reciprocity;
+
 pub mod rational;
 
 pub mod free_decay;

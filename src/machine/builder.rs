@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::components::{Branch, BranchLaw, Diagnostic, Dof, Element, Machine, Mass, Node};
+use super::components::{Branch, BranchLaw, Dof, Element, Machine, Mass, Node};
 use super::direction::Direction;
 use crate::base::code::Code;
-use crate::base::error::Error;
+use crate::base::error::{Diagnostic, Error};
 use crate::scene::model::{Axis, BranchDamping, BranchEnd, ContactParameters, MeshFlanks, Name};
 
 /// Collects a machine. Degrees of freedom are numbered once, when every node and axis is known.
@@ -174,8 +174,12 @@ impl MachineBuilder {
     }
 
     /// Adds a diagnostic for the reader of a result.
-    pub fn add_diagnostic(&mut self, code: &'static str, text: String) {
-        self.machine.diagnostics.push(Diagnostic { code, text });
+    pub fn add_diagnostic(&mut self, code: &'static str, message: String) {
+        self.machine.diagnostics.push(Diagnostic {
+            code,
+            message,
+            hint: None,
+        });
     }
 
     fn find(&self, node: &Name) -> Result<usize, Error> {

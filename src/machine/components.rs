@@ -1,6 +1,7 @@
 //! Components of a machine: `M q̈ + (C + G) q̇ + Σ u_b F_b(w_bᵀ q) = f`.
 
 use super::direction::Direction;
+use crate::base::error::Diagnostic;
 use crate::base::source_span::SourceSpan;
 use crate::gear::cylindrical::path_of_contact::MeshCycleSegment;
 use crate::scene::laws::{
@@ -82,7 +83,7 @@ pub struct Node {
     pub element: usize,
 }
 
-/// One coordinate.
+/// A degree of freedom: an axis of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dof {
     /// Node.
@@ -312,15 +313,6 @@ pub struct MeshGeometry {
     pub cylindrical: Option<[f64; 2]>,
     /// The module is given, so that lengths mean something.
     pub has_module: bool,
-}
-
-/// Diagnostic about an element, reported with a result.
-#[derive(Debug, Clone)]
-pub struct Diagnostic {
-    /// A word.
-    pub code: &'static str,
-    /// The diagnostic.
-    pub text: String,
 }
 
 impl Machine {

@@ -68,7 +68,7 @@ impl Flank {
     }
 }
 
-/// Contact state.
+/// State of a contact with play: open, or closed on a flank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ContactState {
     /// In the gap.

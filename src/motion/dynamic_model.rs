@@ -31,7 +31,7 @@ pub struct DynamicModel {
     pub unattached: Option<(Matrix, Matrix)>,
 }
 
-/// The inertia.
+/// Mass matrix of a machine, diagonal or with its inverse.
 #[derive(Debug, Clone)]
 pub enum MassMatrix {
     /// Each coordinate has its own.

@@ -9,7 +9,7 @@ use crate::motion::problem::IntegrationStats;
 use crate::numeric::lu::{ComplexLu, Lu};
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
-/// ∂f/∂y.
+/// Jacobian ∂f/∂y as a method of integration shifts and factorises it.
 pub enum JacobianPencil {
     /// As it is, and whether an equation of motion moves each state.
     FirstOrder(Matrix, Vec<bool>),

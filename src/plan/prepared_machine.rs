@@ -105,7 +105,7 @@ impl PreparedMachine {
 
     /// Warnings that need no solution.
     pub fn warnings(&self) -> Vec<Diagnostic> {
-        let mut all = Vec::new();
+        let mut all = self.machine.diagnostics.clone();
         let mut warn = |code, message: String, hint: Option<&str>| {
             all.push(Diagnostic {
                 code,
@@ -113,9 +113,6 @@ impl PreparedMachine {
                 hint: hint.map(str::to_string),
             });
         };
-        for note in &self.machine.diagnostics {
-            warn(note.code, note.text.clone(), None);
-        }
         for (branch, state, _) in &self.operating.contacts {
             if *state == ActiveFlank::Open {
                 let name = self.machine.branch_name(*branch);

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::bevel_contact::{
-    contact_json, contact_table, ease_off_json, ease_off_table, vh_json, vh_table,
+    backlash_json, contact_json, contact_table, ease_off_json, ease_off_table, vh_json, vh_table,
 };
 use super::figure::Figure;
 use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
@@ -67,6 +67,7 @@ impl Presentation for BevelReport<'_> {
             "members": [member(0), member(1)],
             "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
             "tca": contact.map(|c| contact_json(c, self.file.contact.side.name())),
+            "least_backlash": result.backlash.as_ref().map(backlash_json),
             "ease_off": contact.map(ease_off_json),
             "vh": contact.and_then(vh_json),
             "vh_states": result.states.as_ref().map(vh_states_json),
@@ -86,7 +87,10 @@ impl Presentation for BevelReport<'_> {
         }
         if let Some(contact) = &result.contact {
             let side = self.file.contact.side.name();
-            text += &format!("\n{}", contact_table(contact, side).text());
+            text += &format!(
+                "\n{}",
+                contact_table(contact, result.backlash.as_ref(), side).text()
+            );
             if let Some(terms) = &contact.ease_off.1 {
                 text += &format!("\n{}", ease_off_table(terms).text());
             }
@@ -139,39 +143,40 @@ impl Presentation for BevelReport<'_> {
         let mut all = vec![Figure::first(bevel_plot::draw_blanks(title, self.file))];
         let flanks = bevel_flank_plot::draw_flanks(title, &self.result.members);
         all.extend(flanks.map(|drawn| Figure::new("flanks", drawn)));
+        let of_side = &format!("{title}, {} flanks", self.file.contact.side.name());
         if let Some(contact) = &self.result.contact {
-            all.push(Figure::new("te", bevel_plot::te(title, contact)));
+            all.push(Figure::new("te", bevel_plot::te(of_side, contact)));
             all.push(Figure::new(
                 "pattern",
-                bevel_plot::draw_pattern(title, contact, self.file.contact.positions),
+                bevel_plot::draw_pattern(of_side, contact, self.file.contact.positions),
             ));
             all.push(Figure::new(
                 "ease-off",
-                bevel_plot::draw_ease_off(title, contact),
+                bevel_plot::draw_ease_off(of_side, contact),
             ));
             if let Some(BevelMeshResult { mesh, .. }) = &self.result.mesh {
                 let stability = &self.result.studies.stability;
-                all.push(Figure::new("mesh", bevel_mesh_plot::te(title, mesh)));
-                let pattern = bevel_mesh_plot::draw_pattern(title, &contact.pair, mesh);
+                all.push(Figure::new("mesh", bevel_mesh_plot::te(of_side, mesh)));
+                let pattern = bevel_mesh_plot::draw_pattern(of_side, &contact.pair, mesh);
                 all.push(Figure::new("load", pattern));
                 all.push(Figure::new(
                     "lengthwise",
-                    bevel_mesh_plot::lengthwise(title, mesh),
+                    bevel_mesh_plot::lengthwise(of_side, mesh),
                 ));
                 all.push(Figure::new(
                     "sharing",
-                    bevel_mesh_plot::sharing(title, mesh),
+                    bevel_mesh_plot::sharing(of_side, mesh),
                 ));
                 if mesh.cycles.len() > 1 {
                     all.push(Figure::new(
                         "harris",
-                        bevel_mesh_plot::harris_map(title, mesh),
+                        bevel_mesh_plot::harris_map(of_side, mesh),
                     ));
                 }
                 if !stability.is_empty() {
                     all.push(Figure::new(
                         "stability",
-                        bevel_stability::draw(title, stability),
+                        bevel_stability::draw(of_side, stability),
                     ));
                 }
             }

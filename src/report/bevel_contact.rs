@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::gear::ARCSEC;
 use super::table::{Table, or_dash};
 use crate::gear::contact::ease_off::EaseOffTerms;
-use crate::plan::gear::bevel_contact::{BevelContact, edge_name};
+use crate::plan::gear::bevel_backlash::LeastBacklash;
+use crate::plan::gear::bevel_contact::{BevelContact, VH_PLACES, edge_name};
 use crate::plan::gear_limits::MEMBERS;
 
 pub(super) fn contact_json(contact: &BevelContact, side: &str) -> Value {
@@ -51,6 +52,13 @@ pub(super) fn contact_json(contact: &BevelContact, side: &str) -> Value {
             "force_n_per_nm": { "pinion": force(contact, 0), "gear": force(contact, 1) },
         },
         "pattern": { "pinion": pattern(0), "gear": pattern(1) },
+    })
+}
+
+pub(super) fn backlash_json(backlash: &LeastBacklash) -> Value {
+    json!({
+        "gear_angle_arcsec": ARCSEC * backlash.angle,
+        "normal_mm": 1e3 * backlash.normal,
     })
 }
 
@@ -103,7 +111,11 @@ pub(super) fn ease_off_table(terms: &EaseOffTerms) -> Table<'static> {
     table
 }
 
-pub(super) fn contact_table(contact: &BevelContact, side: &str) -> Table<'static> {
+pub(super) fn contact_table(
+    contact: &BevelContact,
+    backlash: Option<&LeastBacklash>,
+    side: &str,
+) -> Table<'static> {
     let mut table = Table::texts("unloaded contact|value|unit").words(&[]);
     let mut row = |name: &str, value: String, unit: &str| {
         table.row([name.to_string(), value, unit.to_string()]);
@@ -171,6 +183,18 @@ pub(super) fn contact_table(contact: &BevelContact, side: &str) -> Table<'static
         });
         row(&format!("pattern on the {name}, of the face"), ends, "%");
     }
+    if let Some(backlash) = backlash {
+        row(
+            "least backlash, at the gear",
+            format!("{:.2}", ARCSEC * backlash.angle),
+            "arcsec",
+        );
+        row(
+            "least backlash normal to the flanks j_n",
+            format!("{:.4}", 1e3 * backlash.normal),
+            "mm",
+        );
+    }
     for ((angle, why), word) in contact.ends.iter().zip(["begins", "ends"]) {
         let angle = format!("{:.4}", angle.to_degrees());
         row(
@@ -193,14 +217,10 @@ pub(super) fn vh_json(contact: &BevelContact) -> Option<Value> {
 
 pub(super) fn vh_table(contact: &BevelContact) -> Table<'static> {
     let mut table = Table::named("V–H check: contact at|V (offset) [mm]|H (pinion axial) [mm]");
-    let places = [
-        "toe, 25 % of the gear's face",
-        "heel, 75 % of the gear's face",
-    ];
-    for (name, shift) in places.iter().zip(contact.vh.iter().flatten()) {
+    for ((name, face), shift) in VH_PLACES.iter().zip(contact.vh.iter().flatten()) {
         let shown = |value: Option<f64>| or_dash(value, |x| format!("{:.4}", 1e3 * x));
         table.row([
-            name.to_string(),
+            format!("{name}, {:.0} % of the gear's face", 100.0 * face),
             shown(shift.map(|s| s.offset)),
             shown(shift.map(|s| s.pinion_axial)),
         ]);

@@ -31,7 +31,7 @@ fn spread(values: &[f64]) -> [f64; 3] {
 /// Transmission error and stiffness, then what the flanks bear: one row a torque.
 pub fn text(result: &BevelMeshResult, studies: &MeshStudies) -> String {
     let mut text = format!(
-        "{}te and k {TE_DIRECTION}; the error of te is half its greatest difference to half the stations\n\n{}local contact: {}; teeth: {}; left out: {}\n",
+        "{}te {TE_DIRECTION}; k in the same direction; the error of te is half its greatest difference to half the stations\n\n{}local contact: {}; teeth: {}; left out: {}\n",
         stiffness_table(result, studies).text(),
         load_table(result).text(),
         local_contact(&result.mesh),

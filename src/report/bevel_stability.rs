@@ -8,7 +8,7 @@ use super::number_format::significant;
 use super::svg::{Anchor, BLACK, BLUE, LIGHT_GREY, LineStyle, ORANGE, WIDTH, render_svg};
 use super::table::{Table, or_dash};
 use crate::gear::contact::pair::Assembly;
-use crate::plan::gear::bevel_stability::{ContactState, StabilityCase};
+use crate::plan::gear::bevel_stability::{LoadedPattern, StabilityCase};
 
 /// One row a case.
 pub fn table(cases: &[StabilityCase]) -> Table<'static> {
@@ -17,7 +17,7 @@ pub fn table(cases: &[StabilityCase]) -> Table<'static> {
     );
     for case in cases {
         let state = case.contact;
-        let cell = |of: &dyn Fn(ContactState) -> String| or_dash(state, of);
+        let cell = |of: &dyn Fn(LoadedPattern) -> String| or_dash(state, of);
         table.row([
             case.name.clone(),
             significant(case.torque),
@@ -37,7 +37,7 @@ pub fn table(cases: &[StabilityCase]) -> Table<'static> {
 
 /// One object a case; `contact` is null where the flanks do not touch near the middle of their teeth.
 pub fn stability_json(cases: &[StabilityCase]) -> Value {
-    let contact = |s: &ContactState| {
+    let contact = |s: &LoadedPattern| {
         json!({
             "centre": s.centre,
             "shift_m": s.shift,

@@ -7,7 +7,7 @@ use crate::modes::mode::modulus;
 use crate::numeric::Complex;
 use crate::numeric::sorting::sort_falling;
 
-/// One response.
+/// One frequency response of a Bode plot, measured and fitted.
 #[derive(Debug, Clone, Default)]
 pub struct BodeCurve {
     /// Label of the curve.

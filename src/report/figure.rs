@@ -265,7 +265,7 @@ impl Plot {
 /// Ratio of the greatest to the least magnitude above which a linear axis would hide the small ones: three decades.
 const LOG_SPAN: f64 = 1e3;
 
-/// An axis.
+/// An axis of a plot.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
     /// Quantity and unit.

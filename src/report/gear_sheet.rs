@@ -40,7 +40,11 @@ impl Presentation for GearSheet {
         let mut text = title_lines(&self.title);
         text += &member_table(self.members, &self.quantities).text();
         for table in &self.tables {
-            text += &format!("\n{}", shown(table).text());
+            let (shown, step) = shown(table);
+            text += &format!("\n{}", shown.text());
+            if step > 1 {
+                text += &format!("one row in {step} of `{}`; --json has all\n", table.name);
+            }
         }
         text
     }
@@ -94,8 +98,8 @@ fn table_json(table: &SheetTable) -> Value {
     Value::Object(table.columns.iter().map(column).collect())
 }
 
-/// Rows spread over a table, with its name above the first column.
-fn shown(table: &SheetTable) -> Table<'static> {
+/// Every n-th row of a table, with its name above the first column, and n.
+fn shown(table: &SheetTable) -> (Table<'static>, usize) {
     let heads = table.columns.iter().map(|c| match c.unit {
         "" => c.name.to_string(),
         unit => format!("{} [{unit}]", c.name),
@@ -110,7 +114,7 @@ fn shown(table: &SheetTable) -> Table<'static> {
             or_dash(value, |x| format!("{x:.4}"))
         }));
     }
-    shown
+    (shown, step)
 }
 
 pub(super) fn drawn(title: &str, plot: &SheetPlot) -> PlotColumn {

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::view::{View, ViewKind};
 use crate::gear::cylindrical::gear_outline::OutlineSteps;
 use crate::gear::cylindrical::pair::Pair;
+use crate::gear::hand::Hand;
 use crate::plan::gear_limits::MEMBERS;
-use crate::scene::laws::Hand;
 
 /// Steps of the drawn teeth.
 const STEPS: OutlineSteps = OutlineSteps {

@@ -9,7 +9,7 @@ use super::svg::{
 use crate::gear::measurement::pitch::PitchDeviations;
 use crate::gear::measurement::trace::MeanLine;
 use crate::plan::measure::charts::ChartPlot;
-use crate::plan::measure::grading::FlankSide;
+use crate::plan::measure::grading::GradedFlanks;
 
 /// Left and right edge of every panel.
 const ACROSS: (f64, f64) = (66.0, WIDTH - 16.0);
@@ -93,9 +93,9 @@ fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
     }
 }
 
-fn flanks(side: FlankSide) -> String {
+fn flanks(side: GradedFlanks) -> String {
     match side {
-        FlankSide::Both => "both flanks".to_string(),
+        GradedFlanks::Both => "both flanks".to_string(),
         side => format!("{} flanks", side.name()),
     }
 }
@@ -142,7 +142,7 @@ fn blocks(canvas: &mut Canvas, panel: &Panel, values: &[f64]) {
 }
 
 /// Single pitches as bars, the places they add up to as a line, the extremes marked.
-fn pitch(canvas: &mut Canvas, side: FlankSide, pitches: &PitchDeviations, down: (f64, f64)) {
+fn pitch(canvas: &mut Canvas, side: GradedFlanks, pitches: &PitchDeviations, down: (f64, f64)) {
     let single: Vec<f64> = pitches.single.iter().map(|f| 1e6 * f).collect();
     let summed: Vec<f64> = pitches.cumulative.iter().map(|f| 1e6 * f).collect();
     let (worst, total) = (pitches.single_pitch(), pitches.cumulative_total());

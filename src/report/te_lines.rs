@@ -6,11 +6,9 @@ use serde_json::{Value, json};
 
 use crate::encoder::flank::FlankEvaluation;
 use crate::machine::components::Machine;
-use crate::numeric::Complex;
 use crate::plan::logs::encoder_analysis::EncoderResult;
-use crate::plan::transmission::result::{OrderLineResult, TransmissionResult};
+use crate::plan::transmission::result::TransmissionResult;
 use crate::transmission::coincidence::SeparationTest;
-use crate::transmission::order_lines::LineOrigin;
 
 /// Arc seconds in a radian.
 pub const ARCSEC: f64 = 648_000.0 / PI;
@@ -55,33 +53,6 @@ impl TeUnit {
         }
         Value::Object(object)
     }
-}
-
-/// The element a line comes from.
-pub fn source(machine: &Machine, row: &OrderLineResult) -> String {
-    match row.line.origin {
-        LineOrigin::Declared(number) => machine.errors[number].location.clone(),
-        LineOrigin::Stiffness(branch) => machine.branch_name(branch),
-    }
-}
-
-/// Cause of a line.
-pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
-    match row.line.origin {
-        LineOrigin::Declared(number) => machine.errors[number].cause.name(),
-        LineOrigin::Stiffness(_) => "mesh stiffness",
-    }
-}
-
-/// The phase of a line, degrees in (−180, 180], where it is known.
-pub fn phase(machine: &Machine, row: &OrderLineResult, value: Complex) -> Option<f64> {
-    /// Rounding of a half turn backward, as a share of a turn.
-    const ROUNDING: f64 = 1e-9;
-    let turned = match value.arg().to_degrees() {
-        half if half <= -180.0 + ROUNDING => half + 360.0,
-        other => other,
-    };
-    (row.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
 }
 
 /// A second record, as text.

@@ -8,7 +8,7 @@ use super::figure::Figure;
 use super::presentation::{Presentation, Provenance};
 use super::surface_view::work_view;
 use super::table::{Table, decimal, or_blank};
-use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
+use super::te_lines::{TeUnit, separation_test_text};
 use super::transmission_plots::draw_all;
 use super::view::View;
 use super::{transmission_table, work};
@@ -74,8 +74,8 @@ impl Presentation for TransmissionReport<'_> {
             let mut cells = vec![
                 row.line.order.to_string(),
                 decimal(row.line.order.to_f64()),
-                source(machine, row),
-                cause(machine, row).to_string(),
+                row.source(machine),
+                row.cause(machine).to_string(),
                 row.line.harmonic.to_string(),
                 sized(slow),
             ];
@@ -83,7 +83,7 @@ impl Presentation for TransmissionReport<'_> {
                 cells.push(or_blank(result.radius, |r| decimal(1e6 * r * slow.norm())));
             }
             cells.extend([
-                or_blank(phase(machine, row, slow), decimal),
+                or_blank(row.phase(machine, slow), decimal),
                 decimal(row.share),
                 or_blank(row.kinematic, sized),
                 sized(row.loaded),
@@ -245,8 +245,8 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
             let between = if line == first { group.lines.iter().position(|l| *l == k).unwrap_or(1) } else { at };
             json!({
                 "row": line,
-                "source": source(machine, &result.lines[line]),
-                "cause": cause(machine, &result.lines[line]),
+                "source": result.lines[line].source(machine),
+                "cause": result.lines[line].cause(machine),
                 "test": (line == first || k == first).then(|| separation_test_text(machine, &group.tests[between - 1])),
             })
         };
@@ -256,13 +256,13 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
         "row": k,
         "order": row.line.order.to_string(),
         "order_value": row.line.order.to_f64(),
-        "source": source(machine, row),
-        "cause": cause(machine, row),
+        "source": row.source(machine),
+        "cause": row.cause(machine),
         "harmonic": row.line.harmonic,
         "assumed": row.line.declared(machine).and_then(|error| error.assumed.clone()),
-        "phase_deg": phase(machine, row, slow),
+        "phase_deg": row.phase(machine, slow),
         "share": row.share,
-        "dynamic_phase_deg": row.dynamic.and_then(|z| phase(machine, row, z)),
+        "dynamic_phase_deg": row.dynamic.and_then(|z| row.phase(machine, z)),
         "frequency_hz": result.speed.map(|speed| row.line.order.to_f64() * speed.abs() / (2.0 * PI)),
         "mark": result.marks.as_ref().map(|marks| match &marks[k] {
             IndexingEffect::Form => json!({ "kind": "form" }),

@@ -10,7 +10,7 @@ use super::svg::{
     Anchor, BLACK, BLUE, GREY, LABEL_SIZE, ORANGE, Panel, WIDTH, lighten, render_svg, ticks,
     truncate_label, widest,
 };
-use super::te_lines::{TeUnit, cause, source};
+use super::te_lines::TeUnit;
 use super::work::work_flank_name;
 use crate::machine::components::Machine;
 use crate::numeric::sorting::sort_falling;
@@ -154,8 +154,8 @@ fn line_label(machine: &Machine, row: &OrderLineResult) -> String {
     format!(
         "{}: {}, {}",
         four_digits(row.line.order.to_f64()),
-        source(machine, row),
-        cause(machine, row)
+        row.source(machine),
+        row.cause(machine)
     )
 }
 

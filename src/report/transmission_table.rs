@@ -2,7 +2,7 @@
 
 use super::number_format::{four_digits, percent, significant, with_minus_signs};
 use super::table::{Table, or_dash};
-use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
+use super::te_lines::{TeUnit, separation_test_text};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::numeric::sorting::{falling_order, sort_falling};
@@ -58,12 +58,12 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
         let slow = result.quasi_static(row);
         let mut cells = vec![
             order(&row.line.order),
-            source(machine, row),
-            with_harmonic(cause(machine, row), row.line.harmonic),
+            row.source(machine),
+            with_harmonic(row.cause(machine), row.line.harmonic),
             four_digits(slow.norm() * unit.times),
         ];
         cells.extend(result.radius.map(|r| four_digits(1e6 * r * slow.norm())));
-        let turned = phase(machine, row, slow).map(f64::round);
+        let turned = row.phase(machine, slow).map(f64::round);
         let half = |p: f64| if p <= -180.0 { 180.0 } else { p };
         cells.push(turned.map_or("?".to_string(), |p| format!("{:.0}", half(p))));
         cells.push(percent(row.share));
@@ -207,8 +207,8 @@ fn coincidences(machine: &Machine, result: &TransmissionResult, shown: &[usize])
         let name = |k: usize| {
             format!(
                 "{} ({})",
-                source(machine, &result.lines[k]),
-                cause(machine, &result.lines[k])
+                result.lines[k].source(machine),
+                result.lines[k].cause(machine)
             )
         };
         text += &format!(

@@ -20,7 +20,7 @@ pub enum ResponseMethod {
     Modal,
 }
 
-/// Frequency responses.
+/// Frequency response matrices, outputs by inputs, line by line.
 #[derive(Debug, Clone)]
 pub struct FrfMatrix {
     /// rad/s.

@@ -6,7 +6,7 @@
 use crate::base::error::Error;
 use crate::numeric::sorting::sort_rising;
 
-/// A peak.
+/// A peak of a frequency response with its half-power band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResponsePeak {
     /// Peak frequency, rad/s.

@@ -10,7 +10,7 @@ pub(super) const SHIFT: ValueRange = ValueRange::Open(-1e3, 1e3, "within ±1 km"
 
 /// Departures of the axes under which the loaded contact is compared with the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StabilityStudy {
+pub struct AxisDepartures {
     /// Tolerances of E, P, G, ΔΣ, each taken both ways; zero where there is none.
     pub tolerance: Assembly,
     /// Deflection of the housing.
@@ -26,10 +26,10 @@ pub struct HousingDeflection {
     pub change: Assembly,
 }
 
-impl StabilityStudy {
+impl AxisDepartures {
     /// Whether the file asks for nothing.
     pub fn is_empty(&self) -> bool {
-        *self == StabilityStudy::default()
+        *self == AxisDepartures::default()
     }
 }
 

@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-use super::assembly::{SHIFT, StabilityStudy, assembly, housing};
+use super::assembly::{AxisDepartures, SHIFT, assembly, housing};
 use super::bevel_blank::{
     BlankTable, DESIGN_PRESSURE_ANGLE, MAX_BEVEL_TEETH, PRESSURE_ANGLE, blank, no_blanks, no_tooth,
 };
@@ -26,13 +26,13 @@ use crate::gear::bevel::blank::Blank;
 use crate::gear::bevel::cutter::Blade;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::iso23509::BlankPair;
-use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::straight::{StraightFlanks, StraightProfile};
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::contact::contact_path::PITCHES;
 use crate::gear::contact::pair::Assembly;
 use crate::gear::cylindrical::member::MEMBERS;
+use crate::gear::hand::Hand;
 
 /// A pair of bevel gears as its file describes it.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ pub struct BevelFile {
     /// Errors E, P, G, ΔΣ of assembly, added to the nominal places.
     pub errors: Assembly,
     /// Departures of the axes under which the loaded contact is compared.
-    pub stability: StabilityStudy,
+    pub stability: AxisDepartures,
     /// Requested contact.
     pub contact: ContactStudy,
     /// Cut by discrete blades, where the file describes it.
@@ -236,7 +236,7 @@ const STATIONS: u32 = 32;
 /// Least stations: a contact of fewer cells is no line.
 const MIN_STATIONS: u32 = 8;
 /// Most stations: the load sharing grows with their cube.
-const MAX_STATIONS: u32 = 256;
+pub const MAX_STATIONS: u32 = 256;
 /// Flags of the load.
 const LOAD_FLAGS: [&str; 4] = ["torque", "torques", "stations", "changes"];
 
@@ -260,7 +260,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let second = read_table(&mut f, "gear", member).flatten();
     f.require("gear");
     let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
-    let stability = StabilityStudy {
+    let stability = AxisDepartures {
         tolerance: read_table(&mut f, "tolerance", assembly).unwrap_or_default(),
         housing: read_table(&mut f, "housing", housing).flatten(),
     };
@@ -561,7 +561,7 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         Some(BlankTable::Cones(blank)) => Some(blank.root_angle),
         _ => None,
     };
-    if root_angle.is_some() && straight.is_none() && sides.iter().all(Option::is_none) {
+    if own != SettingsTable::default() && sides.iter().all(Option::is_none) {
         f.report_missing("concave", ", the flank that its settings cut");
     }
     // A key whose value is wrong is not missing as well.

@@ -6,14 +6,13 @@
 
 use super::bevel_file::BevelFile;
 use super::gear_mesh::MeshFile;
-use super::laws::Hand;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::bevel::flank::BevelFlank;
-use crate::gear::bevel::settings;
 use crate::gear::contact::contact_path::{ContactPath, PITCHES};
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::reference::ContactForces;
+use crate::gear::hand::Hand;
 use crate::numeric::statistics::peak_to_peak;
 
 /// A bevel pair as a mesh of a model takes it from its gear file.
@@ -106,10 +105,7 @@ impl BevelMesh {
         let [_, beta_2] = forces.angles(1, cone_angles[1]);
         Ok(BevelMesh {
             file,
-            hand: match bevel.hand {
-                settings::Hand::Right => Hand::Right,
-                settings::Hand::Left => Hand::Left,
-            },
+            hand: bevel.hand,
             spiral_angles: [beta_1, beta_2],
             pressure_angle: alpha,
             module: 2.0 * levers[0] / (f64::from(teeth[0]) * alpha.cos()),

@@ -11,7 +11,7 @@ use crate::base::text::suggestion;
 use crate::gear::cut::dial::DialSteps;
 use crate::gear::cut::setting::Setting;
 
-/// Requested correction.
+/// Options of a correction of machine settings from a measured flank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionStudy {
     /// Measured member.

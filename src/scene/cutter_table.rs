@@ -9,7 +9,7 @@ use crate::base::table_reader::TableReader;
 use crate::gear::bevel::cutter::{Blade, BladeFault, Cutter, Toprem};
 
 /// Keys of a cutter as written; none where left out.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct CutterTable {
     point_radius: Option<f64>,
     blade_angle: Option<f64>,

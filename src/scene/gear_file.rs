@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::gear_kind::{PairKind, pair_kind};
 use super::gear_member::{default_rack, member, pair, rack, rack_defaults};
-use super::laws::Hand;
 use super::mesh_table::{MeshMethod, MeshStudy, mesh};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -20,6 +19,7 @@ use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::remedy::Design;
+use crate::gear::hand::Hand;
 use crate::gear::load::material::Material;
 use crate::gear::load::mesh::{MeshOptions, default_slices};
 
@@ -126,7 +126,7 @@ impl GearFile {
 /// # Errors
 /// Everything wrong in it and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors> {
-    if pair_kind(source) != PairKind::Cylindrical {
+    if pair_kind(source)? != PairKind::Cylindrical {
         let message = "a machine takes no mesh from a gear file of this kind";
         let hint = "name a file of a cylindrical or bevel pair, or state k, backlash and mesh_angles of the pair";
         let span = SourceSpan::new(source.clone(), 0..0);

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::quantity::truncate;
 use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::text::quoted_list;
 use crate::base::toml::{self, Value};
 
 /// Whether a TOML file describes gears.
@@ -69,18 +71,43 @@ pub enum PairKind {
     Helicoid,
 }
 
-/// The kind of pair in a gear file; cylindrical where it states no other kind that is known.
-pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
+/// Kinds of pairs by their words.
+const KINDS: [(&str, PairKind); 5] = [
+    ("cylindrical", PairKind::Cylindrical),
+    ("non-circular", PairKind::NonCircular),
+    ("bevel", PairKind::Bevel),
+    ("worm", PairKind::Worm),
+    ("crossed", PairKind::Crossed),
+];
+
+/// The kind of pair in a gear file; cylindrical where it states none.
+///
+/// # Errors
+/// A kind that is not known.
+pub fn pair_kind(source: &Arc<SourceFile>) -> Result<PairKind, Error> {
     let root = toml::parse(source).root;
     if root.get("helicoid").is_some() {
-        return PairKind::Helicoid;
+        return Ok(PairKind::Helicoid);
     }
     let kind = root.table("pair").and_then(|(pair, _)| pair.get("kind"));
-    match kind.map(|entry| &entry.item.value) {
-        Some(Value::String(kind)) if kind == "non-circular" => PairKind::NonCircular,
-        Some(Value::String(kind)) if kind == "bevel" => PairKind::Bevel,
-        Some(Value::String(kind)) if kind == "worm" => PairKind::Worm,
-        Some(Value::String(kind)) if kind == "crossed" => PairKind::Crossed,
-        _ => PairKind::Cylindrical,
+    let Some((Value::String(word), span)) = kind.map(|e| (&e.item.value, &e.item.span)) else {
+        return Ok(PairKind::Cylindrical);
+    };
+    if let Some((_, kind)) = KINDS.iter().find(|(known, _)| known == word) {
+        return Ok(*kind);
     }
+    let hint = match word.as_str() {
+        "hypoid" | "spiral-bevel" | "straight-bevel" => {
+            "write \"bevel\"; a hypoid pair also has `offset` in `pair`".into()
+        }
+        "spur" | "helical" => "write \"cylindrical\"".into(),
+        _ => format!(
+            "it takes {}",
+            quoted_list(KINDS.iter().map(|(word, _)| *word))
+        ),
+    };
+    let message = format!("`kind` cannot be \"{}\"", truncate(word));
+    Err(Error::new(Code::OutOfRange, message)
+        .with_span(span)
+        .with_hint(hint))
 }

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use super::laws::Hand;
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, MAX_TEETH, PRESSURE_ANGLE_RANGE, read_profile_shift,
     read_thickness,
@@ -21,6 +20,7 @@ use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::{FlankModification, Relief};
+use crate::gear::hand::Hand;
 
 /// Face width by default, in modules.
 const DEFAULT_WIDTH: f64 = 10.0;

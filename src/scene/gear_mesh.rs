@@ -6,9 +6,9 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::laws::Hand;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::gear::cylindrical::pair::Pair;
+use crate::gear::hand::Hand;
 use crate::gear::load::mesh::MeshOptions;
 
 /// A gear file that a mesh of a model names.

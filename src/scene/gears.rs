@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::bevel_mesh::BevelMesh;
 use super::friction;
 use super::gear_mesh::GearMesh;
-use super::laws::{Hand, ToothFriction, Waveform};
+use super::laws::{ToothFriction, Waveform};
 use super::model::{Belt, ContactParameters, GearPair, MeshFlanks, WormPair};
 use super::named_gear_file;
 use super::pair_mesh::PairMesh;
@@ -17,6 +17,7 @@ use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::gear::hand::Hand;
 
 /// Tooth numbers; ones where they are missing or wrong.
 fn teeth(f: &mut TableReader) -> [u32; 2] {

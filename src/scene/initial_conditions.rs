@@ -7,7 +7,7 @@ use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 use crate::base::tables::read_table;
 
-/// Initial conditions.
+/// Angles, speeds and mesh phases at the start of a motion.
 #[derive(Debug, Clone, Default)]
 pub struct InitialConditions {
     /// At rest or running.

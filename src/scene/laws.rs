@@ -43,16 +43,6 @@ pub enum Characteristic {
     Table(Vec<(f64, f64)>),
 }
 
-/// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Hand {
-    /// Right-hand.
-    #[default]
-    Right,
-    /// Left-hand.
-    Left,
-}
-
 /// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {

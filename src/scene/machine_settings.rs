@@ -84,7 +84,7 @@ impl FlankTable {
 }
 
 /// Keys of settings as written; none where left out.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SettingsTable {
     cutter: CutterTable,
     radial_distance: Option<f64>,

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::bevel_file::BevelFile;
 use super::gear_mesh::GearMesh;
-pub use super::laws::Hand;
 use super::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, ToothFriction, Waveform,
 };
 use super::pair_mesh::PairMesh;
 use crate::base::source_span::{SourceFile, SourceSpan};
+pub use crate::gear::hand::Hand;
 use crate::gear::load::load_table::LoadTable;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
@@ -130,7 +130,7 @@ pub enum BranchDamping {
     Factor(f64),
 }
 
-/// A body. Its rotation `theta` always exists; other axes only where a bearing gives it one.
+/// An inertia of the train. Its rotation `theta` always exists; other axes only where a bearing gives it one.
 #[derive(Debug, Clone)]
 pub struct Inertia {
     /// The node.

@@ -80,7 +80,7 @@ const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 /// The gear file of a pair under `gear`; keys of the table that it determines are errors.
 pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
     let named = NamedFile::read(f, "gear")?;
-    let kind = pair_kind(&named.source);
+    let kind = *named.collect(f, pair_kind(&named.source).map_err(|e| vec![e]))?;
     if kind == PairKind::Worm {
         let message = "a [[gear_pair]] takes the gear file of a cylindrical or a bevel pair";
         f.report_key(Code::Conflict, "gear", message, "make it a [[worm_pair]]");
@@ -105,8 +105,8 @@ pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
 /// to the worm: there is no transmission error.
 pub fn read_worm(f: &mut TableReader) -> Option<Arc<WormFile>> {
     let named = NamedFile::read(f, "gear")?;
-    let is_cylindrical = pair_kind(&named.source) == PairKind::Worm
-        && !plane_worm_file::is_plane_worm(&named.source);
+    let kind = *named.collect(f, pair_kind(&named.source).map_err(|e| vec![e]))?;
+    let is_cylindrical = kind == PairKind::Worm && !plane_worm_file::is_plane_worm(&named.source);
     if !is_cylindrical {
         let message = "a [[worm_pair]] takes the gear file of a cylindrical worm with its wheel";
         let hint = "name a file with pair = { kind = \"worm\" } and another type than \"plane-enveloping\"";

@@ -9,7 +9,7 @@ use crate::numeric::parabola::log_vertex;
 use crate::numeric::sorting::sort_falling;
 use crate::numeric::statistics::chi_squared_quantile;
 
-/// Peak criteria.
+/// Options of the search for spectral peaks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeakOptions {
     /// Lines to either side over which the floor is the median; `None`: 64, or an eighth of the spectrum where that is more lines.
@@ -28,7 +28,7 @@ impl Default for PeakOptions {
     }
 }
 
-/// One peak.
+/// A line of a spectrum that rises above the noise around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralPeak {
     /// Line of the local maximum.

@@ -108,7 +108,7 @@ pub struct Spectrogram {
     blocks: usize,
 }
 
-/// One row.
+/// Spectral density of one interval of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrogramRow {
     /// Middle of the row's samples, s from the first sample's time.

@@ -21,7 +21,7 @@ pub struct ComparisonResult {
     pub interrupted: bool,
 }
 
-/// One way.
+/// A method with its error and run time.
 pub struct ComparedMethod {
     /// Name of the method.
     pub method: &'static str,

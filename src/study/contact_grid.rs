@@ -37,9 +37,17 @@ pub fn compare_bevel_grids(
     bare.mesh.torques.clear();
     let result = bevel::run(&bare)?;
     let Some(contact) = &result.contact else {
-        let message = "no flanks touch that could be compared";
-        return Err(at(Error::new(Code::OutOfRange, message)
-            .with_hint("`geardyn gear` on this file shows the contact")));
+        let (message, hint) = match file.missing_flank() {
+            Some(_) => (
+                "there is no contact to compare: a flank is not described",
+                "give the settings of pinion and gear",
+            ),
+            None => (
+                "no flanks touch that could be compared",
+                "`geardyn gear` on this file says why",
+            ),
+        };
+        return Err(at(Error::new(Code::OutOfRange, message).with_hint(hint)));
     };
     let compared = match file.mesh.torques.last() {
         Some(&torque) => {

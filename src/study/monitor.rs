@@ -4,7 +4,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::time_budget::CancelToken;
 
-/// A watcher.
+/// Progress and interruption of a long study.
 pub struct Monitor<'a> {
     /// Raised where the study is to end with what is finished.
     pub cancel: &'a CancelToken,

@@ -17,7 +17,7 @@ use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::laws::Waveform;
 use crate::scene::study::{ParameterSweep, StabilityStudy, SweepParameter};
 
-/// Parametric stability.
+/// Stability of a machine whose stiffness varies with period: the largest Floquet multiplier.
 pub struct ParametricResult {
     /// The largest Floquet multiplier at the scene's speed, but those of free turning.
     pub max_multiplier: f64,
@@ -44,7 +44,7 @@ impl ParametricResult {
     }
 }
 
-/// Unstable speeds.
+/// Chart of unstable speeds, over a second parameter where one is given.
 pub struct StabilityChart {
     /// The first and the last speed looked at, as factors of the scene's.
     pub span: [f64; 2],

@@ -24,7 +24,7 @@ pub struct ChainEnds {
     pub relative_to: Option<usize>,
 }
 
-/// A chain.
+/// A train from a driven end to an output, with the ratio between them.
 #[derive(Debug, Clone)]
 pub struct TransmissionChain {
     /// Ends of the chain.

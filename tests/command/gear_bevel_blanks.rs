@@ -31,7 +31,7 @@ fn warnings(command: &str, path: &str) -> Vec<(String, String)> {
 }
 
 /// Method 0 at shaft angles from 20° to 160°, with and without depth angles: `tan δ₁ = sin Σ/(cos Σ + u)`, the face cones the clearance apart from
-/// the root cones of the mate; the blanks as stated cones are the same pair.
+/// the root cones of the mate; the blanks as stated cones are the same pair. Neither has flanks, and settings without a flank are refused.
 #[test]
 fn exact_blanks_at_all_shaft_angles() {
     for degrees in [20.0, 90.0, 150.0, 153.0, 160.0f64] {
@@ -66,9 +66,8 @@ fn exact_blanks_at_all_shaft_angles() {
                     of("root_apex_beyond_crossing_point", "mm"),
                 )
             };
-            let flank = "process = \"octoid\"\nmean_normal_thickness = \"5 mm\"";
             let text = format!(
-                "pair = {{ kind = \"bevel\", {pair} }}\n[pinion]\nteeth = 15\n{}\n{flank}\n[gear]\nteeth = 41\n{}\n{flank}\n",
+                "pair = {{ kind = \"bevel\", {pair} }}\n[pinion]\nteeth = 15\nhand = \"left\"\n{}\n[gear]\nteeth = 41\n{}\n",
                 cones(0),
                 cones(1)
             );
@@ -81,6 +80,10 @@ fn exact_blanks_at_all_shaft_angles() {
                     within("stated cones, mm", apart.abs(), 1e-6);
                 }
             }
+            let uncut = text.replace("[gear]", "radial_distance = \"70 mm\"\n[gear]");
+            let uncut = put(folder.path(), "uncut.toml", &uncut);
+            let (_, message) = refusal(&["gear", uncut.to_str().unwrap()]);
+            assert!(message.contains("`concave`"), "{message}");
         }
     }
 }

@@ -10,7 +10,7 @@ use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
 use geardyn::internals::gear::bevel::flank_lines::FlankLimits;
 use geardyn::internals::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use geardyn::internals::gear::bevel::rough_settings::rough_settings;
-use geardyn::internals::gear::bevel::settings::Hand;
+use geardyn::internals::gear::hand::Hand;
 
 /// Cutter radius, mm.
 const RADIUS: f64 = 95.0;

@@ -8,7 +8,7 @@ use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
 use geardyn::internals::gear::bevel::flank_lines::FlankLimits;
 use geardyn::internals::gear::bevel::iso23509::{BlankDesign, PitchCones};
 use geardyn::internals::gear::bevel::rough_settings::rough_settings;
-use geardyn::internals::gear::bevel::settings::Hand;
+use geardyn::internals::gear::hand::Hand;
 use geardyn::internals::gear::kernel::limits::{Limit, limit_points};
 
 use crate::verification::{printed, within};

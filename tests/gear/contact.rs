@@ -2,11 +2,11 @@
 
 use geardyn::internals::base::flags::Flags;
 use geardyn::internals::base::load;
-use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::contact::contact_path::PITCHES;
 use geardyn::internals::gear::contact::contact_point::ContactPoint;
 use geardyn::internals::gear::contact::ease_off::EaseOff;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
+use geardyn::internals::gear::hand::Hand;
 use geardyn::internals::gear::kernel::pose::Direction;
 use geardyn::internals::gear::kernel::vector::Vector;
 use geardyn::internals::plan::gear::bevel;

@@ -2,7 +2,6 @@
 
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
-use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::bevel::tooth_section::ToothSection;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
 use geardyn::internals::gear::cut::correction::{CorrectionProblem, Unknown};
@@ -13,6 +12,7 @@ use geardyn::internals::gear::cut::sensitivity::MachineChain;
 use geardyn::internals::gear::cut::setting::{FlankSetup, Setting, SettingKind};
 use geardyn::internals::gear::cut::shapes::shape_rests;
 use geardyn::internals::gear::cut::target::EaseOffTarget;
+use geardyn::internals::gear::hand::Hand;
 
 use crate::bevel_flank::{gear_38_51, nasa_cut};
 use crate::cases::{case, number, numbers};

@@ -3,12 +3,13 @@
 use geardyn::internals::gear::bevel::cutter::Cutter;
 use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::frames::WorkFrame;
-use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings};
+use geardyn::internals::gear::bevel::settings::MachineSettings;
 use geardyn::internals::gear::cut::angle_errors::{AngleError, AngleErrors};
 use geardyn::internals::gear::cut::blade_passes::{
     BladePasses, CutConditions, angle_lever, scallop_height,
 };
 use geardyn::internals::gear::cut::cutter_head::{BladeFeed, BladeOffset};
+use geardyn::internals::gear::hand::Hand;
 use geardyn::internals::gear::kernel::envelope::FlankPoint;
 use geardyn::internals::gear::kernel::jet::Surface;
 use serde_json::Value;

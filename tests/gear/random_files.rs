@@ -55,14 +55,14 @@ fn answered(text: &str) -> bool {
         first_line: 1,
     });
     let flags = Flags::default();
-    let kind = pair_kind(&source);
-    let shown = match kind {
-        PairKind::Bevel => bevel_file::read(&source, &flags).and_then(|file| {
+    let shown = match pair_kind(&source) {
+        Err(error) => Err(error.into()),
+        Ok(PairKind::Bevel) => bevel_file::read(&source, &flags).and_then(|file| {
             let result = bevel::run(&file)?;
             let file = &file;
             Ok(BevelReport { file, result }.text())
         }),
-        _ => space::run(kind, &source, &flags).map(|sheet| sheet.text()),
+        Ok(kind) => space::run(kind, &source, &flags).map(|sheet| sheet.text()),
     };
     match shown {
         Ok(text) => {

@@ -5,9 +5,10 @@ use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use geardyn::internals::gear::bevel::rough_settings::rough_settings;
-use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings};
+use geardyn::internals::gear::bevel::settings::MachineSettings;
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
+use geardyn::internals::gear::hand::Hand;
 use geardyn::internals::gear::kernel::vector::Vector;
 
 use crate::verification::within;

@@ -5,9 +5,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use geardyn::internals::gear::bevel::blank::{Blank, EndCone};
 use geardyn::internals::gear::bevel::cutter::Blade;
 use geardyn::internals::gear::bevel::flank::BevelFlank;
-use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::bevel::straight::{StraightFlanks, StraightProfile};
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
+use geardyn::internals::gear::hand::Hand;
 use geardyn::internals::gear::kernel::vector::Vector;
 
 use crate::verification::{printed, within};

@@ -13,7 +13,7 @@ use geardyn::internals::modes::state_space::StateSpace;
 use geardyn::internals::modes::state_space::participation::participation;
 use geardyn::internals::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use geardyn::internals::numeric::{Complex, Matrix};
-use geardyn::internals::scene::study::DiscretisationMethod;
+use geardyn::internals::scene::study::InputHold;
 use serde_json::Value;
 
 /// A machine with what its equations need.
@@ -132,10 +132,7 @@ fn ref_opentorsion_geared_damped() {
     );
     let a = worst(&found.a, &table(&reference["recomputed_A"]), 1e-300);
     let sampled = found
-        .discretise(
-            reference["time_step_s"].as_f64().unwrap(),
-            DiscretisationMethod::Zero,
-        )
+        .discretise(reference["time_step_s"].as_f64().unwrap(), InputHold::Zero)
         .unwrap();
     let ad = worst(&sampled.a, &table(&reference["Ad"]), 1e-300);
     let bd = worst(&sampled.b, &table(&reference["Bd"]), 1e-300);
@@ -187,9 +184,7 @@ fn exact_step_response_sampled() {
     let continuous = written(OSCILLATOR).physical(&["mass"], &["mass"]);
     let (sigma, omega) = (2.0f64, (400.0f64 - 4.0).sqrt());
     for h in [1e-3, 0.05, 0.3] {
-        let found = continuous
-            .discretise(h, DiscretisationMethod::Zero)
-            .unwrap();
+        let found = continuous.discretise(h, InputHold::Zero).unwrap();
         let mut x = Matrix::zeros(2, 1);
         for n in 0..20 {
             let t = h * n as f64;
@@ -218,7 +213,7 @@ fn exact_ramp_response_sampled() {
         let swing = lag * (omega * t).cos() + (sigma * lag - 1.0) / omega * (omega * t).sin();
         (t - lag + (-sigma * t).exp() * swing) / 800.0
     };
-    let follow = |method: DiscretisationMethod| -> f64 {
+    let follow = |method: InputHold| -> f64 {
         let found = continuous.discretise(h, method).unwrap();
         let mut x = Matrix::zeros(2, 1);
         (0..20).fold(0.0f64, |error, n| {
@@ -230,13 +225,13 @@ fn exact_ramp_response_sampled() {
     };
     within(
         "of 1/800 rad/(N·m)",
-        follow(DiscretisationMethod::First) * 800.0,
+        follow(InputHold::First) * 800.0,
         8e-14,
     );
     assert!(
-        follow(DiscretisationMethod::Zero) > 1e-5,
+        follow(InputHold::Zero) > 1e-5,
         "{}",
-        follow(DiscretisationMethod::Zero)
+        follow(InputHold::Zero)
     );
 }
 
@@ -246,9 +241,7 @@ fn exact_bilinear_is_a_substitution() {
     let continuous =
         shipped("geared_damped.toml").physical(&["disc_1"], &["disc_4.speed", "shaft_a.force"]);
     let h = 0.01;
-    let sampled = continuous
-        .discretise(h, DiscretisationMethod::Bilinear)
-        .unwrap();
+    let sampled = continuous.discretise(h, InputHold::Bilinear).unwrap();
     for angle in [0.1, 0.5, 2.0] {
         let z = Complex::new(f64::cos(angle), f64::sin(angle));
         let s = (z - 1.0) / (z + 1.0) * (2.0 / h);
@@ -597,7 +590,7 @@ fn refuses_wrong_names() {
     assert_eq!(refused("disc_1", "pair.force").code, Code::Conflict);
     let sampled = ready
         .physical(&[], &[])
-        .discretise(0.0, DiscretisationMethod::Zero)
+        .discretise(0.0, InputHold::Zero)
         .unwrap_err();
     assert_eq!(sampled.code, Code::OutOfRange);
 }
@@ -607,7 +600,7 @@ fn refuses_wrong_names() {
 fn exact_json_and_csv() {
     let found = written(OSCILLATOR)
         .physical(&["mass"], &["mass.speed"])
-        .discretise(0.01, DiscretisationMethod::Bilinear)
+        .discretise(0.01, InputHold::Bilinear)
         .unwrap();
     let json = found.to_json();
     assert_eq!(json["a"][1][0].as_f64().unwrap(), found.a[(1, 0)]);
@@ -672,7 +665,7 @@ fn alike(a: &Value, b: &Value) -> bool {
 fn ref_scipy_reads_mat() {
     let found = shipped("geared_damped.toml")
         .physical(&[], &["disc_1.speed", "shaft_b.force"])
-        .discretise(1e-4, DiscretisationMethod::First)
+        .discretise(1e-4, InputHold::First)
         .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("space.mat");

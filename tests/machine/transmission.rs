@@ -11,7 +11,7 @@ use geardyn::internals::plan::transmission::{
     result::{OrderLineResult, TransmissionResult},
     run::run,
 };
-use geardyn::internals::report::te_lines::{ARCSEC, cause, source};
+use geardyn::internals::report::te_lines::ARCSEC;
 use geardyn::internals::scene::study::{IndexingStudy, TransmissionStudy};
 use geardyn::internals::transmission::coincidence::SeparationTest;
 use geardyn::internals::transmission::indexing::IndexingEffect;
@@ -75,7 +75,7 @@ fn exact_generator_chain() {
         let row = result
             .lines
             .iter()
-            .find(|r| source(machine, r) == on && cause(machine, r) == of)
+            .find(|r| r.source(machine) == on && r.cause(machine) == of)
             .unwrap();
         assert_eq!(
             row.line.order.to_string(),
@@ -86,7 +86,7 @@ fn exact_generator_chain() {
     let eccentric = result
         .lines
         .iter()
-        .find(|r| source(machine, r) == "shaft_3 in second" && cause(machine, r) == "eccentricity")
+        .find(|r| r.source(machine) == "shaft_3 in second" && r.cause(machine) == "eccentricity")
         .unwrap();
     let wanted = support::number(&reference["eccentricity"]["spindle_arcsec"]);
     let found = result.quasi_static(eccentric).norm() * ARCSEC;
@@ -113,7 +113,7 @@ fn exact_generator_chain() {
     let axial = result
         .lines
         .iter()
-        .find(|r| cause(machine, r) == "axial")
+        .find(|r| r.cause(machine) == "axial")
         .unwrap();
     within(
         "axial error at the spindle",
@@ -637,7 +637,7 @@ fn law_relative_error_forgets_what_is_common() {
     let result = traced(&machine, &ask);
     for row in &result.lines {
         assert!(close(row.loaded, row.line.quasi_static, 1e-9) || row.loaded.norm() < 1e-15);
-        match source(&machine.machine, row).as_str() {
+        match row.source(&machine.machine).as_str() {
             "m" => assert!(row.line.quasi_static.norm() == 0.0),
             _ => assert!(row.line.quasi_static.norm() > 0.0),
         }
@@ -647,7 +647,7 @@ fn law_relative_error_forgets_what_is_common() {
         alone
             .lines
             .iter()
-            .all(|r| source(&machine.machine, r) == "b" || r.line.quasi_static.norm() > 0.0)
+            .all(|r| r.source(&machine.machine) == "b" || r.line.quasi_static.norm() > 0.0)
     );
 }
 
@@ -679,7 +679,7 @@ fn law_y2250() {
             assert!(
                 off(row.loaded) < 1e-9 * row.line.quasi_static.norm(),
                 "{}",
-                source(machine, row)
+                row.source(machine)
             );
         }
         let common = [
@@ -690,18 +690,13 @@ fn law_y2250() {
             "speed_gear_1",
             "cutter_ring",
         ];
-        if common.contains(&source(machine, row).as_str()) {
-            assert_eq!(
-                row.line.quasi_static.norm(),
-                0.0,
-                "{}",
-                source(machine, row)
-            );
+        if common.contains(&row.source(machine).as_str()) {
+            assert_eq!(row.line.quasi_static.norm(), 0.0, "{}", row.source(machine));
         }
     }
     let of = |on: &str, word: &str| {
         let k = (0..result.lines.len()).find(|&k| {
-            source(machine, &result.lines[k]) == on && cause(machine, &result.lines[k]) == word
+            result.lines[k].source(machine) == on && result.lines[k].cause(machine) == word
         });
         k.map(|k| (&result.lines[k], &result.marks.as_ref().unwrap()[k]))
             .unwrap()
@@ -867,8 +862,7 @@ fn exact_nothing_and_half_turns() {
         Complex::new(-1.0, -0.0),
         Complex::new(-1.0, -1e-14),
     ] {
-        let found =
-            geardyn::internals::report::te_lines::phase(&machine.machine, &result.lines[0], turned);
+        let found = result.lines[0].phase(&machine.machine, turned);
         assert!((found.unwrap() - 180.0).abs() < 1e-9);
     }
 }
@@ -880,7 +874,7 @@ fn keeps_kinematic_and_loaded_apart() {
     let result = traced(&machine, &study("motor", "out"));
     assert!(result.load_changes_lines());
     for row in &result.lines {
-        let name = source(&machine.machine, row);
+        let name = row.source(&machine.machine);
         match name.as_str() {
             "p1" | "p2" => assert!(row.kinematic.is_none(), "{name}"),
             "out" => assert!(close(row.kinematic.unwrap(), row.loaded, 1e-9)),
@@ -1004,7 +998,7 @@ fn keeps_what_is_large_at_speed() {
         })
         .unwrap();
     let machine = &prepared_machine.machine;
-    let name = source(machine, largest);
+    let name = largest.source(machine);
     assert_eq!(name, "roll_gear_1");
     let text = geardyn::internals::report::transmission_table::text(machine, &result, false);
     let order = largest.line.order.to_string();

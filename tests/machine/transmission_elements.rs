@@ -7,7 +7,6 @@ use geardyn::internals::base::code::Code;
 use geardyn::internals::modes::modal_basis::{self, UndampedSolver as Decomposition};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::plan::transmission::{result::TransmissionResult, run::run};
-use geardyn::internals::report::te_lines::{cause, source};
 use geardyn::internals::response::frf::{ResponseMethod, ResponseSolver};
 use geardyn::internals::response::ports::Ports;
 use geardyn::internals::response::system::OperatingModel;
@@ -122,7 +121,7 @@ fn exact_lines_of_a_table() {
             let row = result
                 .lines
                 .iter()
-                .find(|r| cause(machine, r) == of && r.line.order.to_string() == order);
+                .find(|r| r.cause(machine) == of && r.line.order.to_string() == order);
             let row = row.unwrap_or_else(|| panic!("{of} {order}"));
             result.quasi_static(row)
         };
@@ -152,7 +151,7 @@ fn exact_lines_of_a_table() {
             (mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs(),
             1e-13,
         );
-        assert_eq!(source(machine, &result.lines[0]), "screw");
+        assert_eq!(result.lines[0].source(machine), "screw");
     }
 }
 

@@ -30,7 +30,7 @@ const MESH: &[Key] = &[
     word::<BodyModel>("body", "BODY", "Gear body of the energy method; half-plane by default"),
     switch("least-relief", "Seek the tip relief of least peak-to-peak transmission error over the torques"),
     word::<ContactSide>("side", "SIDE", "Flanks of a bevel pair that touch; drive by default"),
-    switch("vh", "V–H check of a bevel pair: offset and pinion position that move the pattern to toe and heel"),
+    switch("vh", "V–H check of a bevel pair: offset and pinion position that move the pattern to toe, middle and heel"),
 ];
 
 /// Arguments of `gear`.

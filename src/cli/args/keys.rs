@@ -10,7 +10,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_pars
 use crate::base::flags::{Flag, Flags};
 use crate::base::table_reader::Word;
 
-/// One flag.
+/// A flag of the command line that sets a key of a study.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Name of the flag, without dashes before it.

@@ -54,7 +54,7 @@ pub struct Cli {
     pub threads: Option<u16>,
 }
 
-/// The commands.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 #[allow(clippy::large_enum_variant, reason = "made once")]
 pub enum Command {

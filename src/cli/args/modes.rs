@@ -7,7 +7,7 @@ use clap::Args;
 use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, file, list, number, switch, word};
 use super::motion::IntegrationKeys;
 use super::output::OutputArgs;
-use crate::scene::study::{DiscretisationMethod, ReductionKind};
+use crate::scene::study::{InputHold, ReductionKind};
 
 /// Keys of a study of modes.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ const MODES: &[Key] = &[
     list("input", "NAMES", "Inputs of the state-space model: degrees of freedom such as motor.theta; by default all"),
     list("output", "NAMES", "Outputs of the state-space model: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force"),
     number("sample-time", "TIME", "Sample time of the state-space model (default unit s)"),
-    word::<DiscretisationMethod>("hold", "HOLD", "Hold of the inputs between samples; default zero"),
+    word::<InputHold>("hold", "HOLD", "Hold of the inputs between samples; default zero"),
     word::<ReductionKind>("reduce", "METHOD", "Also a reduced machine that keeps --keep, compared with the full one up to --below"),
     list("keep", "NAMES", "Degrees of freedom kept"),
     number("below", "FREQUENCY", "Upper end of the frequency range of interest (default unit Hz)"),

@@ -73,6 +73,16 @@ impl Blank {
         self.on_pitch_cone(self.mean_cone_distance)
     }
 
+    /// Addendum and dedendum at the mean point, perpendicular to the pitch cone, m.
+    pub fn mean_depths(&self) -> [f64; 2] {
+        let above = |angle, apex| {
+            self.across(self.mean_point(), self.pitch_angle, angle, apex)
+                .0
+        };
+        let dedendum = -above(self.root_angle, self.root_apex);
+        [above(self.face_angle, self.face_apex), dedendum]
+    }
+
     /// Inner and outer cone distance R_i, R_e, m.
     pub fn cone_distances(&self) -> [f64; 2] {
         [self.outer_share - 1.0, self.outer_share]
@@ -90,10 +100,14 @@ impl Blank {
                 inner_cone_distance: inner,
             });
         }
+        let cone = match self.ends {
+            EndCone::Pitch => self.pitch_angle,
+            EndCone::Root => self.root_angle,
+        };
         let corners = |end: End, distance: f64| {
             let from = self.on_pitch_cone(distance);
-            let root = self.across(from, self.root_angle, self.root_apex);
-            let tip = self.across(from, self.face_angle, self.face_apex);
+            let root = self.across(from, cone, self.root_angle, self.root_apex);
+            let tip = self.across(from, cone, self.face_angle, self.face_apex);
             let is_outside = |radius: f64| radius > 0.0 && radius.is_finite();
             if !is_outside(root.1[1]) || !is_outside(tip.1[1]) {
                 return Err(ToothFault::AtAxis { end });
@@ -109,12 +123,9 @@ impl Blank {
         })
     }
 
-    /// Height above a point of the pitch cone, perpendicular to the end's cone, at which a cone is met, and the place `[z, radius]` there.
-    fn across(&self, from: [f64; 2], angle: f64, apex: f64) -> (f64, [f64; 2]) {
-        let normal = match self.ends {
-            EndCone::Pitch => self.pitch_angle,
-            EndCone::Root => self.root_angle,
-        };
+    /// Height above a point of the pitch cone, perpendicular to a cone of the angle `normal`, at which another cone is met, and the place
+    /// `[z, radius]` there.
+    fn across(&self, from: [f64; 2], normal: f64, angle: f64, apex: f64) -> (f64, [f64; 2]) {
         let (dz, dr) = (-normal.sin(), normal.cos());
         let (sin, cos) = angle.sin_cos();
         // The cone: (z + apex) sin − r cos = 0.

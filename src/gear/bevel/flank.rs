@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::cutter::{BladeSurface, BladeSurfaces, Cutter};
 use super::frames::{CutterFrame, WorkFrame};
-use super::settings::{Hand, MachineSettings};
+use super::settings::MachineSettings;
 use super::tooth_section::ToothSection;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::jet::Surface;
 use crate::gear::kernel::meeting::Meeting;

@@ -7,30 +7,12 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::frames::{CutterFrame, MachineFrame, WorkFrame};
+use crate::gear::hand::Hand;
 use crate::gear::kernel::law::Law;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::pose::Pose;
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
-
-/// Hand of the teeth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hand {
-    /// Teeth turn clockwise going away from the viewer.
-    Right,
-    /// The mirror image.
-    Left,
-}
-
-impl Hand {
-    /// 1 for right, −1 for left.
-    pub fn sign(self) -> f64 {
-        match self {
-            Hand::Right => 1.0,
-            Hand::Left => -1.0,
-        }
-    }
-}
 
 /// Roll of the work with the cradle: `φ_w = R_a (φ_c − C φ_c² − D φ_c³ − E φ_c⁴ − F φ_c⁵)`.
 #[derive(Debug, Clone, Copy, PartialEq)]

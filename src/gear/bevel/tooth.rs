@@ -153,9 +153,9 @@ impl BevelTooth {
         Some(self.angle(place)? * place[1] * self.spiral_angle.cos())
     }
 
-    /// Mean normal pitch, m.
-    pub fn mean_normal_pitch(&self) -> f64 {
-        self.pitch() * self.mean_point[1] * self.spiral_angle.cos()
+    /// Transverse arcs of tooth and space at the mean point, m.
+    pub fn mean_arcs(&self) -> [f64; 2] {
+        [self.pitch() - self.mean_space, self.mean_space].map(|angle| angle * self.mean_point[1])
     }
 
     /// Mean normal thickness s_mn, m.

@@ -42,6 +42,14 @@ pub struct LeadingContact {
     pub contact: ContactPoint,
 }
 
+impl LeadingContact {
+    /// Angle φ₂ of the gear, rad.
+    pub fn gear_angle(&self, pair: &FlankPair) -> f64 {
+        let turned = f64::from(self.pair) * pair.pitch();
+        self.contact.gear_angle() - pair.ratio() * turned
+    }
+}
+
 impl FlankPair {
     /// The path of contact through `first`, `positions` contacts a pitch over `pitches` each way.
     pub fn path(&self, first: ContactPoint, pitches: f64, positions: usize) -> ContactPath {

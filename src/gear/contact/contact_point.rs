@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use super::pair::FlankPair;
 use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::meeting::Meeting;
-use crate::gear::kernel::newton::{newton, solve};
+use crate::gear::kernel::newton::{iterate, solve};
 use crate::gear::kernel::root::roots;
 use crate::gear::kernel::vector::Vector;
 
@@ -29,6 +29,8 @@ pub struct ContactPoint {
     pub point: Vector,
     /// Normal of the pinion, out of its metal.
     pub normal: Vector,
+    /// Tool surface and its motion at the contact, for pinion and gear, each in the frame of its member.
+    pub meetings: [Meeting; 2],
 }
 
 /// An edge of a tooth flank.
@@ -49,10 +51,10 @@ struct Equation {
 }
 
 /// A member at a contact: its meeting, with r, n, ∂r and ∂n over u, θ, x in the fixed frame.
-pub(super) struct Member {
-    pub(super) meeting: Meeting,
+struct Member {
+    meeting: Meeting,
     r: Vector,
-    pub(super) n: Vector,
+    n: Vector,
     dr: [Vector; 3],
     dn: [Vector; 3],
 }
@@ -72,9 +74,7 @@ impl ContactPoint {
 impl FlankPair {
     /// The contact of the flanks at φ₁ by Newton's method from `start`; none where it finds none, as on a line contact.
     pub fn contact(&self, pinion_angle: f64, start: ContactUnknowns) -> Option<ContactPoint> {
-        let first = self.member(0, pinion_angle, &start)?;
-        let tangents = [first.dr[0].unit()?, first.n.cross(first.dr[0]).unit()?];
-        let closing = |members: &[Member; 2]| self.parallel_normals(members, tangents);
+        let closing = |members: &[Member; 2]| self.parallel_normals(members);
         self.solve_contact(pinion_angle, start, None, closing)
     }
 
@@ -129,7 +129,7 @@ impl FlankPair {
         self.contact(angle, start)
     }
 
-    pub(super) fn members(&self, pinion_angle: f64, y: &ContactUnknowns) -> Option<[Member; 2]> {
+    fn members(&self, pinion_angle: f64, y: &ContactUnknowns) -> Option<[Member; 2]> {
         Some([self.member(0, pinion_angle, y)?, self.member(1, y[6], y)?])
     }
 
@@ -162,26 +162,36 @@ impl FlankPair {
             let closing = closing(&members);
             Some((self.equations(&members, closing), members))
         };
-        let unknowns = newton(start, scales, |y| {
-            let (equations, _) = system(&y)?;
-            Some((equations.map(|e| e.value), equations.map(|e| e.row)))
+        let unknowns = iterate(start, scales, |y| {
+            let (equations, members) = system(&y)?;
+            let meshing = members.each_ref().map(|m| m.meeting.f);
+            eliminate(
+                &members,
+                equations.map(|e| (e.value, e.row)),
+                meshing,
+                &scales,
+            )
         })?;
         let (equations, members) = system(&unknowns)?;
-        let rows = equations.map(|e| std::array::from_fn(|j| e.row[j] * scales[j]));
-        let rates = solve(rows, equations.map(|e| -e.by_pinion))?;
+        let rates = eliminate(
+            &members,
+            equations.map(|e| (e.by_pinion, e.row)),
+            [0.0; 2],
+            &scales,
+        )?;
         Some(ContactPoint {
             pinion_angle,
             unknowns,
-            rates: std::array::from_fn(|j| rates[j] * scales[j]),
+            rates: std::array::from_fn(|j| -rates[j] * scales[j]),
             edge,
             point: members[0].r,
             normal: members[0].n,
+            meetings: members.map(|m| m.meeting),
         })
     }
 
-    /// All seven equations at two members, the last two given.
-    fn equations(&self, [a, b]: &[Member; 2], [sixth, seventh]: [Equation; 2]) -> [Equation; 7] {
-        let [p, q] = [a, b].map(|m| m.meeting.gradient);
+    /// The equations besides f₁ and f₂ at two members, the last two given.
+    fn equations(&self, [a, b]: &[Member; 2], [fourth, fifth]: [Equation; 2]) -> [Equation; 5] {
         let (by_pinion, by_gear) = (self.turn(0).at(a.r), -self.turn(1).at(b.r));
         let columns = [
             a.dr[0], a.dr[1], a.dr[2], -b.dr[0], -b.dr[1], -b.dr[2], by_gear,
@@ -192,24 +202,13 @@ impl FlankPair {
             row: columns.map(|d| d.array()[k]),
             by_pinion: by_pinion.array()[k],
         };
-        let meshing = |value: f64, row: [f64; 7]| Equation {
-            value,
-            row,
-            by_pinion: 0.0,
-        };
-        [
-            meshing(a.meeting.f, [p[0], p[1], p[2], 0.0, 0.0, 0.0, 0.0]),
-            meshing(b.meeting.f, [0.0, 0.0, 0.0, q[0], q[1], q[2], 0.0]),
-            coordinate(0),
-            coordinate(1),
-            coordinate(2),
-            sixth,
-            seventh,
-        ]
+        [coordinate(0), coordinate(1), coordinate(2), fourth, fifth]
     }
 
-    /// `t·(n₁×n₂) = 0` for two fixed tangents: the sign of neither normal matters.
-    fn parallel_normals(&self, [a, b]: &[Member; 2], tangents: [Vector; 2]) -> [Equation; 2] {
+    /// `t·(n₁×n₂) = 0` for two tangents t of the pinion: the sign of neither normal matters. They may differ from step to step: the
+    /// derivative of t is multiplied by n₁×n₂, which vanishes at the contact.
+    fn parallel_normals(&self, [a, b]: &[Member; 2]) -> [Equation; 2] {
+        let apart = a.n.cross(b.n);
         let columns = [
             a.dn[0].cross(b.n),
             a.dn[1].cross(b.n),
@@ -220,8 +219,8 @@ impl FlankPair {
             a.n.cross(self.turn(1).w.cross(b.n)),
         ];
         let by_pinion = self.turn(0).w.cross(a.n).cross(b.n);
-        tangents.map(|t| Equation {
-            value: t.dot(a.n.cross(b.n)),
+        [a.dr[0], a.n.cross(a.dr[0])].map(|t| Equation {
+            value: t.dot(apart),
             row: columns.map(|d| t.dot(d)),
             by_pinion: t.dot(by_pinion),
         })
@@ -277,4 +276,58 @@ impl FlankPair {
         let [a, b] = [0, 1].map(|k| self.flanks[k].envelope.scales_of_three());
         [a[0], a[1], a[2], b[0], b[1], b[2], 1.0]
     }
+}
+
+/// Solves `J Δ = g` for the step Δ in units of the scales: `∇f·Δ = f` of each member gives the unknown with its largest scaled derivative,
+/// and five equations `(g, row)` remain.
+#[inline]
+fn eliminate(
+    members: &[Member; 2],
+    mut equations: [(f64, ContactUnknowns); 5],
+    meshing: [f64; 2],
+    scales: &ContactUnknowns,
+) -> Option<ContactUnknowns> {
+    for (_, row) in &mut equations {
+        (0..7).for_each(|j| row[j] *= scales[j]);
+    }
+    let mut kept = [0, 0, 0, 0, 6];
+    let mut given = [0, 0];
+    let mut shares = [[0.0; 3]; 2];
+    for k in 0..2 {
+        let gradient = members[k].meeting.gradient;
+        let change: [f64; 3] = std::array::from_fn(|i| gradient[i] * scales[3 * k + i]);
+        let larger = |i: usize, j: usize| {
+            if change[j].abs() > change[i].abs() {
+                j
+            } else {
+                i
+            }
+        };
+        let most = larger(larger(0, 1), 2);
+        let [i, j] = [[1, 2], [0, 2], [0, 1]][most];
+        let inverse = 1.0 / change[most];
+        shares[k] = [
+            change[i] * inverse,
+            change[j] * inverse,
+            meshing[k] * inverse,
+        ];
+        given[k] = 3 * k + most;
+        (kept[2 * k], kept[2 * k + 1]) = (3 * k + i, 3 * k + j);
+        let [a, b, c] = shares[k];
+        for (value, row) in &mut equations {
+            let by = row[given[k]];
+            row[3 * k + i] -= by * a;
+            row[3 * k + j] -= by * b;
+            *value -= by * c;
+        }
+    }
+    let rows = equations.map(|(_, row)| kept.map(|j| row[j]));
+    let found = solve(rows, equations.map(|(value, _)| value))?;
+    let mut step = [0.0; 7];
+    (0..5).for_each(|m| step[kept[m]] = found[m]);
+    for k in 0..2 {
+        let [a, b, c] = shares[k];
+        step[given[k]] = c - a * found[2 * k] - b * found[2 * k + 1];
+    }
+    step.iter().all(|x| x.is_finite()).then_some(step)
 }

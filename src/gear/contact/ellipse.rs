@@ -20,11 +20,10 @@ pub struct ContactEllipse {
 impl FlankPair {
     /// The ellipse of a contact for a coating of a thickness; none at an undercut limit and where the relative curvature vanishes.
     pub fn ellipse(&self, contact: &ContactPoint, coating: f64) -> Option<ContactEllipse> {
-        let members = self.members(contact.pinion_angle, &contact.unknowns)?;
         let angles = [contact.pinion_angle, contact.gear_angle()];
         let mut curvatures = [None, None];
-        for (k, member) in members.iter().enumerate() {
-            let own = SecondOrder::of(&member.meeting)?.envelope()?;
+        for (k, meeting) in contact.meetings.iter().enumerate() {
+            let own = SecondOrder::of(meeting)?.envelope()?;
             let pose = self.pose(k, angles[k]);
             curvatures[k] = Some(Curvature {
                 tangents: own.tangents.map(|e| pose.rotate(e)),
@@ -35,7 +34,10 @@ impl FlankPair {
             return None;
         };
         // The gear's normal points the other way, which turns the sign of its curvature.
-        let side = members[0].n.dot(members[1].n).signum();
+        let gear_normal = self
+            .pose(1, contact.gear_angle())
+            .rotate(contact.meetings[1].jet.n);
+        let side = contact.normal.dot(gear_normal).signum();
         let [e1, e2] = pinion.tangents;
         let [w11, w12, w22] = pinion.components;
         let relative = Curvature {

@@ -15,3 +15,5 @@ pub mod reference;
 pub mod ridge;
 
 pub mod overlap;
+
+pub mod backlash;

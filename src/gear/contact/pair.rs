@@ -5,7 +5,7 @@
 //! the hand of the pinion: where the offset E grows, the pinion's spiral angle exceeds the gear's by more.
 
 use crate::gear::bevel::flank::BevelFlank;
-use crate::gear::bevel::settings::Hand;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::pose::Transform;
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;

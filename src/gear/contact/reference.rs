@@ -2,7 +2,7 @@
 
 use super::contact_point::ContactPoint;
 use super::pair::{Assembly, FlankPair};
-use crate::gear::bevel::settings::Hand;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::newton::newton;
 use crate::gear::kernel::second_order::SecondOrder;
 use crate::gear::kernel::vector::Vector;
@@ -13,8 +13,10 @@ const STEPS: usize = 30;
 const SAME_RATIO: f64 = 1e-11;
 /// Step of the pinion's angle in differences of exact rates, rad: their error is its square times a third derivative.
 const STEP: f64 = 1e-4;
-/// Step of offset and axial place in differences, in faces: positions are exact, so that the error is its square.
+/// Step of offset and axial place in differences, as a share of the face width: positions are exact, so that the error is its square.
 const SHIFT: f64 = 1e-4;
+/// Parts in which a pattern is moved, so that Newton's method starts near each.
+const PARTS: usize = 3;
 
 /// Local parameters of the contact at its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,8 +146,7 @@ impl FlankPair {
         reference: &ContactPoint,
     ) -> Option<[f64; 2]> {
         let of = |c: &ContactPoint| {
-            let members = self.members(c.pinion_angle, &c.unknowns)?;
-            let d = members.map(|m| SecondOrder::of(&m.meeting).map(|s| s.undercut));
+            let d = (c.meetings.each_ref()).map(|m| SecondOrder::of(m).map(|s| s.undercut));
             Some([d[0]?, d[1]?])
         };
         let (here, there) = (of(contact)?, of(reference)?);
@@ -153,8 +154,8 @@ impl FlankPair {
     }
 }
 
-/// Changes of offset and pinion position that move the reference contact to a share of the gear's face at the middle of its height, by
-/// Newton's method on exact contacts; none where the flanks do not touch there.
+/// Changes V and H with which the flanks touch at a share of the gear's face, half its height and the ratio of the tooth numbers, by Newton's
+/// method on `(V, H, φ₁)`; none where it does not converge, or the contact there is off the teeth.
 pub fn shift_pattern(
     pair: &FlankPair,
     (assembly, hand): (&Assembly, Hand),
@@ -165,49 +166,47 @@ pub fn shift_pattern(
     let [toe, heel] = [section.at(0.0, 0.5), section.at(1.0, 0.5)];
     let width = f64::hypot(heel[0] - toe[0], heel[1] - toe[1]);
     let mut near = *reference;
-    let mut at = |[offset, axial]: [f64; 2], keep: bool| -> Option<[f64; 2]> {
+    let mut at = |[offset, axial, angle]: [f64; 3], keep: bool| -> Option<[f64; 3]> {
         let moved = Assembly {
             offset: assembly.offset + offset,
             pinion_axial: assembly.pinion_axial + axial,
             ..*assembly
         };
         let moved = FlankPair::new(pair.flanks.clone(), pair.teeth, hand, &moved);
-        let touched = moved.contact(near.pinion_angle, near.unknowns)?;
-        let found = moved.reference_near(&touched)?;
+        let change = angle - near.pinion_angle;
+        let start = std::array::from_fn(|j| near.unknowns[j] + change * near.rates[j]);
+        let found = moved.contact(angle, start)?;
         if keep {
             near = found;
         }
-        moved.shares(1, &found)
+        let [along, height] = moved.shares(1, &found)?;
+        let on_teeth = moved.is_near_teeth(&found);
+        on_teeth.then_some([along, height, found.ratio() / pair.ratio()])
     };
-    let step = SHIFT * width;
-    // The pattern moves in steps, each from the contact of the one before.
-    let start = at([0.0; 2], true)?;
-    let mut shift = [0.0; 2];
+    let steps = [SHIFT * width, SHIFT * width, STEP];
+    // The pattern moves in parts, each from the contact of the one before.
+    let mut places = [0.0, 0.0, reference.pinion_angle];
+    let start = at(places, true)?;
+    let end = [face, 0.5, 1.0];
     for part in 1..=PARTS {
         let share = part as f64 / PARTS as f64;
-        let target = [
-            start[0] + share * (face - start[0]),
-            start[1] + share * (0.5 - start[1]),
-        ];
-        shift = newton(shift, [width; 2], |x| {
+        places = newton(places, [width, width, pair.pitch()], |x| {
             let here = at(x, true)?;
-            let mut rows = [[0.0; 2]; 2];
-            for k in 0..2 {
+            let mut rows = [[0.0; 3]; 3];
+            for k in 0..3 {
                 let moved = |sign: f64| {
-                    std::array::from_fn(|j| x[j] + if j == k { sign * step } else { 0.0 })
+                    std::array::from_fn(|j| x[j] + if j == k { sign * steps[k] } else { 0.0 })
                 };
                 let (a, b) = (at(moved(-1.0), false)?, at(moved(1.0), false)?);
-                (0..2).for_each(|i| rows[i][k] = (b[i] - a[i]) / (2.0 * step));
+                (0..3).for_each(|i| rows[i][k] = (b[i] - a[i]) / (2.0 * steps[k]));
             }
-            Some(([here[0] - target[0], here[1] - target[1]], rows))
+            let target = |i: usize| start[i] + share * (end[i] - start[i]);
+            Some((std::array::from_fn(|i| here[i] - target(i)), rows))
         })?;
     }
     Some(PatternShift {
         face,
-        offset: shift[0],
-        pinion_axial: shift[1],
+        offset: places[0],
+        pinion_axial: places[1],
     })
 }
-
-/// Parts in which a pattern is moved.
-const PARTS: usize = 3;

@@ -4,8 +4,8 @@
 //! whose singular value is below a least displacement is not used: its change could not be measured, and the settings would run away
 //! along it (truncated singular value decomposition: Hansen, Rank-Deficient and Discrete Ill-Posed Problems, 1998, section 3.2).
 
-use super::linear_system::LinearSystem;
 use super::measured_flank::{FlankNode, MeasuredFlank};
+use super::node_sensitivities::NodeSensitivities;
 use super::root_point::TipPass;
 use super::sensitivity::MachineChain;
 use super::setting::{FlankSetup, Setting};
@@ -52,9 +52,9 @@ pub struct CorrectionFit {
     /// Deviations less those of the found flank, by flank and node, m; none where the found flank has no point.
     pub rests: Vec<Vec<Option<f64>>>,
     /// Sensitivities at the settings of the start.
-    pub nominal: LinearSystem,
+    pub nominal: NodeSensitivities,
     /// Sensitivities at the found settings.
-    pub fitted: LinearSystem,
+    pub fitted: NodeSensitivities,
     /// Directions used.
     pub kept: usize,
     /// Steps taken.
@@ -255,7 +255,7 @@ impl CorrectionProblem {
     ///
     /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`; a point of the root comes nearer to the tip plane of
     /// normal n by `n·∂r/∂p`.
-    fn system(&self, trials: &[Trial], rays: &RayHits) -> Result<LinearSystem, Error> {
+    fn system(&self, trials: &[Trial], rays: &RayHits) -> Result<NodeSensitivities, Error> {
         let count = rays.hits.len() + rays.passes.len();
         let mut columns = Matrix::zeros(count, self.unknowns.len());
         let mut turns = Matrix::zeros(count, self.flanks.len());
@@ -292,7 +292,7 @@ impl CorrectionProblem {
             });
             turns[(i, *f)] = normal.dot(Vector::Z.cross(pass.point));
         }
-        LinearSystem::new(columns, turns)
+        NodeSensitivities::new(columns, turns)
     }
 }
 

@@ -4,8 +4,8 @@ use super::root_point::RootPoint;
 use super::setting::FlankSetup;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::frames::WorkFrame;
-use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::tooth_section::ToothSection;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::pose::{Direction, Point};
 
 /// A node of a nominal flank.

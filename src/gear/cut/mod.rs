@@ -12,7 +12,7 @@ pub mod measured_flank;
 
 pub mod outliers;
 
-pub mod linear_system;
+pub mod node_sensitivities;
 
 pub mod correction;
 

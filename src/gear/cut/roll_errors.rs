@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 
 use super::blade_passes::angle_lever;
 use crate::gear::bevel::frames::WorkFrame;
-use crate::gear::bevel::settings::Hand;
 use crate::gear::contact::contact_path::ContactPath;
 use crate::gear::contact::pair::FlankPair;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::law::Law;
 use crate::numeric::Complex;

@@ -6,7 +6,7 @@
 use super::setting::FlankSetup;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::frames::{CutterFrame, WorkFrame};
-use crate::gear::bevel::settings::Hand;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::pose::{Point, Pose};
 use crate::gear::kernel::root::root;

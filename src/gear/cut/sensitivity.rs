@@ -6,7 +6,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::setting::{FlankSetup, SHEET_FACTORS, Setting};
-use crate::gear::bevel::settings::{Hand, MachineSettings};
+use crate::gear::bevel::settings::MachineSettings;
+use crate::gear::hand::Hand;
 use crate::gear::kernel::pose::Transform;
 use crate::gear::kernel::tool::Curve;
 use crate::gear::kernel::twist::Twist;

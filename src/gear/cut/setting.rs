@@ -4,8 +4,9 @@
 
 use crate::gear::bevel::cutter::Cutter;
 use crate::gear::bevel::flank::BevelFlank;
-use crate::gear::bevel::settings::{Hand, MachineSettings, Roll};
+use crate::gear::bevel::settings::{MachineSettings, Roll};
 use crate::gear::bevel::tooth_section::ToothSection;
+use crate::gear::hand::Hand;
 
 /// A number of the cutter or of the machine that moves the flank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Shapes of a deviation over the flank: which of them settings can correct.
 
-use super::linear_system::LinearSystem;
 use super::measured_flank::MeasuredFlank;
+use super::node_sensitivities::NodeSensitivities;
 
 /// A shape over `F` from −1 at the toe to 1 at the heel and `H` from −1 at the root to 1 at the tip.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,11 @@ pub struct ShapeRest {
 }
 
 /// Shares of every shape that the first `kept` directions leave on the nodes of flanks.
-pub fn shape_rests(flanks: &[MeasuredFlank], system: &LinearSystem, kept: usize) -> Vec<ShapeRest> {
+pub fn shape_rests(
+    flanks: &[MeasuredFlank],
+    system: &NodeSensitivities,
+    kept: usize,
+) -> Vec<ShapeRest> {
     let rest = |shape: Shape| {
         let nodes = flanks.iter().flat_map(|flank| &flank.nodes);
         let values: Vec<f64> = nodes

@@ -36,6 +36,7 @@ pub struct FlankPoint<Frame> {
 
 impl<S: Surface, To> Envelope<S, To> {
     /// The surface at `[u, θ]` met by the motion at x; none where the surface has no jet.
+    #[inline]
     pub fn meeting(&self, [u, theta, x]: [f64; 3]) -> Option<Meeting> {
         let jet = self.surface.jet([u, theta])?;
         let state = self.motion.at(x);

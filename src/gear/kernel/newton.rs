@@ -1,4 +1,4 @@
-//! Newton's method for a few equations with exact derivatives, `J Δ = −g`.
+//! Newton's method `x ← x − Δ`, `J Δ = g`, for a few equations with exact derivatives.
 
 /// Steps before the search is given up.
 const STEPS: usize = 40;
@@ -18,13 +18,25 @@ pub fn newton<const N: usize>(
     scales: [f64; N],
     mut system: impl FnMut([f64; N]) -> Option<([f64; N], [[f64; N]; N])>,
 ) -> Option<[f64; N]> {
-    let mut x = start;
-    for _ in 0..STEPS {
+    iterate(start, scales, |x| {
         let (values, mut rows) = system(x)?;
         for row in &mut rows {
             (0..N).for_each(|j| row[j] *= scales[j]);
         }
-        let step = solve(rows, values)?;
+        solve(rows, values)
+    })
+}
+
+/// The root as by [`newton`], of a system that gives its own step `J⁻¹ g` in units of the scales.
+#[inline]
+pub fn iterate<const N: usize>(
+    start: [f64; N],
+    scales: [f64; N],
+    mut step: impl FnMut([f64; N]) -> Option<[f64; N]>,
+) -> Option<[f64; N]> {
+    let mut x = start;
+    for _ in 0..STEPS {
+        let step = step(x)?;
         let largest = step.iter().fold(0f64, |most, s| most.max(s.abs()));
         let cut = (LARGEST_STEP / largest).min(1.0);
         (0..N).for_each(|j| x[j] -= cut * step[j] * scales[j]);

@@ -5,7 +5,7 @@
 
 use super::deviation::GearDeviation;
 
-/// Which edition.
+/// Edition of ISO 1328.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edition {
     /// ISO 1328-1:1995, with ISO 1328-2:1997 for double-flank and run-out.

@@ -18,7 +18,7 @@ pub fn add_ridge(m: &mut Matrix) {
     (0..n).for_each(|i| m[(i, i)] += RIDGE * n as f64 * mean);
 }
 
-/// The factor.
+/// Cholesky factor R of the largest order: its leading blocks factor every lower order.
 pub struct NestedCholesky {
     factor: Matrix,
 }

@@ -25,7 +25,7 @@ const ONE_SHAPE: f64 = 0.99;
 /// Two modes of one rung that another does not part are two where they are further apart than this many of both standard deviations.
 const RESOLVED: f64 = 2.0;
 
-/// A mode.
+/// A mode identified from responses without a measured input.
 #[derive(Debug, Clone)]
 pub struct OperationalMode {
     /// Pole, covariance and shape, its largest component 1.

@@ -232,7 +232,7 @@ pub struct FitEffort {
     pub seconds: f64,
 }
 
-/// A fit.
+/// Rational functions fitted to frequency responses: poles, residues and accepted modes.
 #[derive(Debug, Clone)]
 pub struct RationalFit {
     /// Accepted modes, by rising frequency; shapes over the responses.

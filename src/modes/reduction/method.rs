@@ -12,7 +12,7 @@ use crate::modes::modal_basis::{column, project_direction};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Matrix, graded, symmetric};
 
-/// Reduction method. Coordinates are numbers of those that stay; [`coordinate_by_name`] finds them by name.
+/// Methods of reduction to fewer coordinates. Coordinates are numbers of those that stay; [`coordinate_by_name`] finds them by name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReductionMethod {
     /// Static condensation: exact at rest for loads on what is kept.

@@ -4,7 +4,7 @@ use super::system::StateSpace;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::discretisation;
-use crate::scene::study::DiscretisationMethod;
+use crate::scene::study::InputHold;
 
 impl StateSpace {
     /// The same, sampled every `sample_time` seconds.
@@ -12,11 +12,7 @@ impl StateSpace {
     /// # Errors
     /// `OutOfRange` for a sample time that is not positive; `Conflict` where it is sampled already; `Overflow` where the
     /// exponential keeps no digit; `Indefinite` where 2/h is a pole and the rule bilinear.
-    pub fn discretise(
-        &self,
-        sample_time: f64,
-        method: DiscretisationMethod,
-    ) -> Result<StateSpace, Error> {
+    pub fn discretise(&self, sample_time: f64, method: InputHold) -> Result<StateSpace, Error> {
         if let Some(already) = self.sample_time {
             let message = format!("it is sampled every {already} s already");
             return Err(Error::new(Code::Conflict, message).with_hint("sample the continuous form"));
@@ -28,9 +24,9 @@ impl StateSpace {
         }
         let of = [&self.a, &self.b, &self.c, &self.d];
         let [a, b, c, d] = match method {
-            DiscretisationMethod::Zero => discretisation::zero_order(of, sample_time)?,
-            DiscretisationMethod::First => discretisation::first_order(of, sample_time)?,
-            DiscretisationMethod::Bilinear => discretisation::bilinear(of, sample_time)?,
+            InputHold::Zero => discretisation::zero_order(of, sample_time)?,
+            InputHold::First => discretisation::first_order(of, sample_time)?,
+            InputHold::Bilinear => discretisation::bilinear(of, sample_time)?,
         };
         Ok(StateSpace {
             a,

@@ -6,7 +6,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices, reference_dofs};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
-use crate::scene::study::DiscretisationMethod;
+use crate::scene::study::InputHold;
 
 /// A state-space form with names.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub struct StateSpace {
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
     /// Discretisation method (input between samples) of a discrete-time system.
-    pub method: Option<DiscretisationMethod>,
+    pub method: Option<InputHold>,
 }
 
 impl StateSpace {

@@ -10,7 +10,7 @@ use crate::motion::methods::periodic::run::{PeriodicRun, RunSegment};
 use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, eigen, small_dense};
 
-/// An orbit.
+/// A periodic motion with its Floquet multipliers.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     /// State of the orbit at t = 0.

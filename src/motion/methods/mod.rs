@@ -69,7 +69,7 @@ const DOP853_BOUND: StabilityBound = StabilityBound {
     radius: 6.80,
 };
 
-/// Method family.
+/// Families of integration methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MethodFamily {
     /// Solutions of the linear part in closed form, taken from switch to switch.

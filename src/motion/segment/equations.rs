@@ -2,7 +2,7 @@
 
 use crate::numeric::Matrix;
 
-/// The equations.
+/// Equations of motion in modal coordinates.
 #[derive(Debug)]
 pub struct ModalEquations {
     /// rad/s, zero for the first ones.
@@ -21,7 +21,7 @@ pub struct ModalEquations {
     pub inner: Vec<InternalState>,
 }
 
-/// D.
+/// Modal damping matrix D.
 #[derive(Debug)]
 pub enum ModalDamping {
     /// Diagonal damping, without off-diagonal terms.

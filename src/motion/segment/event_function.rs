@@ -12,7 +12,7 @@ pub struct EventFunction {
     /// State beyond the switching surface.
     pub to: ElementState,
     /// Quantity that the event function is made from.
-    pub kind: EventKind,
+    pub kind: EventQuantity,
     /// Constant term.
     pub constant: f64,
     /// c, over harmonics and parts.
@@ -31,7 +31,7 @@ pub struct EventFunction {
 
 /// Quantity that a switching function is made from.
 #[derive(Debug)]
-pub enum EventKind {
+pub enum EventQuantity {
     /// Deflection and rate of its branch.
     Deflection(Affine),
     /// Reaction that a sticking pair would have to hold.
@@ -49,12 +49,12 @@ impl EventFunction {
         };
         match (&self.kind, &crossed.kind, self.to) {
             (
-                EventKind::Deflection(own),
-                EventKind::Deflection(other),
+                EventQuantity::Deflection(own),
+                EventQuantity::Deflection(other),
                 ElementState::Contact(..),
             ) => back(own, other),
             // A pair that begins to slide does so from rest.
-            (EventKind::Deflection(_), _, ElementState::Friction(_)) => true,
+            (EventQuantity::Deflection(_), _, ElementState::Friction(_)) => true,
             _ => false,
         }
     }

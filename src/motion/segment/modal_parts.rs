@@ -3,7 +3,7 @@
 use super::dense::DenseSystem;
 use crate::numeric::Complex;
 
-/// The parts. Their states σ stand one after the other: two of every swing, then those of the others.
+/// Parts of a segment solved on their own. Their states σ follow one another: two of every oscillatory part, then those of the others.
 #[derive(Debug, Clone, Default)]
 pub struct ModalParts {
     /// λ with Im λ > 0: `ζ̇ = λ ζ + β`, σ = (Re ζ, Im ζ).

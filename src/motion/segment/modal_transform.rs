@@ -5,7 +5,7 @@
 use crate::numeric::Matrix;
 use crate::numeric::vector_ops::gemv;
 
-/// Both ways.
+/// Transform between modal states and the states σ of the parts.
 #[derive(Debug)]
 pub enum ModalTransform {
     /// Every mode is a part of its own, with two states.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::event_evaluator::{EventEvaluator, prune_unused_parts};
-use super::event_function::{EventFunction, EventKind};
+use super::event_function::{EventFunction, EventQuantity};
 use super::inputs::{InputTarget, KnownInput, KnownInputs};
 use super::linear_law::LinearLaw;
 use super::linear_system::LinearSystem;
@@ -86,7 +86,7 @@ impl LinearSystem {
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
                     let factor = branch.factor(0.0, &[], piece).0;
                     for (affine, to) in contact.switching_functions(state, factor) {
-                        let kind = EventKind::Deflection(affine);
+                        let kind = EventQuantity::Deflection(affine);
                         let next = ElementState::Contact(to, piece);
                         found.push(self.event(context, (at, kind, next), evaluators));
                     }
@@ -98,7 +98,7 @@ impl LinearSystem {
                         rate: slip.sign(),
                         ..Default::default()
                     };
-                    let kind = EventKind::Deflection(affine);
+                    let kind = EventQuantity::Deflection(affine);
                     let next = ElementState::Friction(FrictionState::Stick);
                     found.push(self.event(context, (at, kind, next), evaluators));
                 }
@@ -108,7 +108,7 @@ impl LinearSystem {
                         let held =
                             hold.breakaway_reserve(context, laws, at, friction.breakaway, slip)?;
                         let next = ElementState::Friction(slip);
-                        let kind = EventKind::Reaction(held);
+                        let kind = EventQuantity::Reaction(held);
                         found.push(self.event(context, (at, kind, next), evaluators));
                     }
                 }
@@ -121,7 +121,7 @@ impl LinearSystem {
     fn event(
         &self,
         context: &RunContext,
-        (branch, kind, to): (usize, EventKind, ElementState),
+        (branch, kind, to): (usize, EventQuantity, ElementState),
         evaluators: &mut Vec<EventEvaluator>,
     ) -> EventFunction {
         let (m, len) = (self.modes.count(), self.modal_parts.count());
@@ -129,7 +129,7 @@ impl LinearSystem {
         let mut modal = vec![0.0; 2 * m + context.model.internal_count()];
         let mut direct: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         let (constant, dense) = match &kind {
-            EventKind::Deflection(affine) => {
+            EventQuantity::Deflection(affine) => {
                 for j in 0..m {
                     modal[j] = affine.deflection * seen.sees[branch][j];
                     modal[m + j] = affine.rate * seen.sees[branch][j];
@@ -148,7 +148,7 @@ impl LinearSystem {
                 });
                 (affine.constant, dense)
             }
-            EventKind::Reaction(held) => {
+            EventQuantity::Reaction(held) => {
                 for j in 0..m {
                     let shape = self.modes.shapes.col_as_slice(j);
                     modal[j] = dot(&held.place, shape);

@@ -1,9 +1,10 @@
 //! A bevel pair by machine settings: flanks on their blanks, limits, tooth, contact, stages.
 
+use super::bevel_backlash::{self, LeastBacklash};
 use super::bevel_blanks;
 use super::bevel_contact::{BevelContact, contact};
 use super::bevel_limits::{self, BevelLimit};
-use super::bevel_member::{MemberResult, member};
+use super::bevel_member::{MemberResult, flanks_of_sides, member};
 use super::bevel_mesh::{self, BevelMeshResult, LoadedPair, MeshStudies};
 use super::bevel_quantities::quantities;
 use super::bevel_stability;
@@ -12,9 +13,9 @@ use super::pattern_states::PatternStates;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
-use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::straight::StraightProfile;
 use crate::gear::bevel::tooth::SIDES;
+use crate::gear::hand::Hand;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
@@ -31,6 +32,8 @@ pub struct BevelResult {
     pub limits: Vec<BevelLimit>,
     /// Contact of the requested flanks.
     pub contact: Option<BevelContact>,
+    /// Least backlash as assembled, where both teeth are known.
+    pub backlash: Option<LeastBacklash>,
     /// Contacts moved by V and H over the range of the V–H check, where it is requested.
     pub states: Option<PatternStates>,
     /// The pair under load, where the file has a torque.
@@ -61,18 +64,14 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
     let mut diagnostics = bevel_blanks::warnings(file);
     diagnostics.extend(limits.iter().map(|l| bevel_limits::warning(file, l)));
     diagnostics.extend(bevel_blanks::of_teeth(file, &members));
-    let sides = file.contact.side.flanks();
-    let touching = [0, 1].map(|k| {
-        let flank = members[k].flanks[sides[k]].as_ref();
-        let left = flank.filter(|f| f.grid.nodes.iter().any(Option::is_some));
-        left.map(|f| f.flank.clone())
-    });
-    let contact = match touching {
-        [Some(pinion), Some(gear)] if !file.is_conjugate() => {
-            contact(file, [pinion, gear], &mut diagnostics)
-        }
-        _ => None,
+    let contact = match file.is_conjugate() {
+        true => None,
+        false => flanks_of_sides(&members, file.contact.side.flanks())
+            .and_then(|flanks| contact(file, flanks, &mut diagnostics)),
     };
+    let backlash = (contact.as_ref()).and_then(|c| bevel_backlash::least(file, &members, c));
+    let design = bevel_backlash::of_design(&members);
+    diagnostics.extend(bevel_backlash::warning(design, backlash.as_ref()));
     let torques = &file.mesh.torques;
     let (mesh, studies) = match &contact {
         Some(BevelContact { pair, path, .. }) if !torques.is_empty() => {
@@ -94,6 +93,7 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         members,
         limits,
         contact,
+        backlash,
         diagnostics,
     })
 }
@@ -179,9 +179,14 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
     ));
     plan.push((
         "V–H check",
-        match study.vh {
-            true => Runs("offset and pinion position that move the pattern to toe and heel".into()),
-            false => LeftOut("not requested: --vh".into()),
+        match (study.vh, file.missing_flank()) {
+            (true, None) if !file.is_conjugate() => Runs(
+                "offset and pinion position that move the pattern to toe, middle and heel".into(),
+            ),
+            (true, _) => {
+                LeftOut("no contact: a flank is not described, or the flanks are conjugate".into())
+            }
+            (false, _) => LeftOut("not requested: --vh".into()),
         },
     ));
     plan.push(("mesh", bevel_mesh::plan(file)));

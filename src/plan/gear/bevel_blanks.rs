@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use super::bevel_member::MemberResult;
-use super::bevel_quantities::mean_backlash;
 use super::hypoid_theory::gap_of_pitch_cones;
 use crate::base::error::Diagnostic;
 use crate::gear::bevel::slots::Slots;
@@ -51,16 +50,6 @@ pub(super) fn of_teeth(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<Dia
                 hint: Some("check spiral_angle or settings of the flank, and the spiral angle in `blank`".into()),
             });
         }
-    }
-    if let Some(backlash) = mean_backlash(members).filter(|backlash| *backlash < 0.0) {
-        all.push(Diagnostic {
-            code: "no-backlash",
-            message: format!(
-                "the teeth would overlap: their normal thicknesses are {:.3} mm more than the normal pitch at the mean points",
-                -1e3 * backlash
-            ),
-            hint: Some("take a smaller mean_normal_thickness".into()),
-        });
     }
     all
 }

@@ -19,8 +19,8 @@ use crate::scene::bevel_file::BevelFile;
 
 /// Rows and columns of the ease-off.
 const EASE_OFF_GRID: [usize; 2] = [9, 15];
-/// Shares of the face to which the V–H check moves the contact: toe, heel.
-const TOE_AND_HEEL: [f64; 2] = [0.25, 0.75];
+/// Shares of the face to which the V–H check moves the contact, with their names.
+pub const VH_PLACES: [(&str, f64); 3] = [("toe", 0.25), ("middle", 0.5), ("heel", 0.75)];
 /// Points of an ellipse's outline.
 const OUTLINE: usize = 48;
 /// D of a flank below this share of that at the reference: the undercut limit is near.
@@ -39,7 +39,7 @@ pub struct BevelContact {
     pub peak_to_peak: Option<f64>,
     /// Angle over which a pair touches on its flanks, over the pitch.
     pub contact_ratio: f64,
-    /// Angle of the pinion and reason at which the contact on the flanks ends, below and above.
+    /// Angle of the pinion and limit met at which the contact on the flanks begins and ends, where the pinion drives.
     pub ends: [(f64, String); 2],
     /// Shares of face and height of the reference contact on pinion and gear.
     pub reference_shares: [Option<[f64; 2]>; 2],
@@ -53,8 +53,8 @@ pub struct BevelContact {
     pub pattern: [Option<[[f64; 2]; 2]>; 2],
     /// Ease-off of the pinion and its terms.
     pub ease_off: (EaseOff, Option<EaseOffTerms>),
-    /// V–H check towards toe and heel, where it is requested and the flanks touch there.
-    pub vh: Option<[Option<PatternShift>; 2]>,
+    /// V–H check at [`VH_PLACES`], where it is requested and the flanks touch there.
+    pub vh: Option<[Option<PatternShift>; 3]>,
 }
 
 /// One position of the pair.
@@ -107,15 +107,10 @@ pub fn contact(
         });
         return None;
     }
+    let shift = |face: f64| shift_pattern(&pair, (&assembly, file.hand), &reference, face);
     if (reference.ratio() - pair.ratio()).abs() > 1e-6 {
         let by = 100.0 * (reference.ratio() / pair.ratio() - 1.0);
-        diagnostics.push(Diagnostic {
-            code: "no-reference",
-            message: format!(
-                "nowhere on the flanks is the ratio that of the tooth numbers: it is {by:+.3} % off at the contact that is taken as reference"
-            ),
-            hint: Some("move the pinion along its axis: [assembly] pinion_axial".into()),
-        });
+        diagnostics.push(no_reference(by, teeth, &reference, || shift(0.5)));
     }
     let points = leading(&pair, &path, study.pitches, study.positions, study.coating);
     let peak_to_peak = pair.peak_to_peak(&path, study.positions);
@@ -123,7 +118,7 @@ pub fn contact(
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: "between two pairs of teeth there are angles at which none touches".into(),
-            hint: Some("contact.ends says where the contact of a pair ends; more pitches follow it further".into()),
+            hint: Some("the rows `contact on the flanks` say where the contact of a pair begins and ends; more `pitches` in [contact] follow it further".into()),
         });
     }
     let (contact_ratio, ends) = ends(&pair, &path);
@@ -132,9 +127,7 @@ pub fn contact(
     let [rows, columns] = EASE_OFF_GRID;
     let ease_off = pair.ease_off(&reference, rows, columns);
     let terms = ease_off.terms();
-    let vh = study.vh.then(|| {
-        TOE_AND_HEEL.map(|face| shift_pattern(&pair, (&assembly, file.hand), &reference, face))
-    });
+    let vh = study.vh.then(|| VH_PLACES.map(|(_, face)| shift(face)));
     diagnostics.extend(vh.as_ref().and_then(shift_warning));
     Some(BevelContact {
         reference_shares: [0, 1].map(|k| pair.shares(k, &reference)),
@@ -153,17 +146,48 @@ pub fn contact(
     })
 }
 
-/// Ends of the face to which no V and H move the contact.
-fn shift_warning(shifts: &[Option<PatternShift>; 2]) -> Option<Diagnostic> {
-    let ends = TOE_AND_HEEL.iter().zip(shifts);
-    let missing = ends.filter(|(_, shift)| shift.is_none());
+/// A ratio that nowhere is that of the tooth numbers, off by some percent at the reference.
+fn no_reference(
+    percent: f64,
+    [z1, z2]: [u32; 2],
+    reference: &ContactPoint,
+    to_middle: impl FnOnce() -> Option<PatternShift>,
+) -> Diagnostic {
+    let suited = (f64::from(z1) / reference.ratio().abs()).round();
+    let hint = if suited != f64::from(z2) {
+        format!(
+            "check `teeth`: the flanks suit {z1} and {suited} teeth, the file has {z1} and {z2}"
+        )
+    } else {
+        match to_middle() {
+            Some(shift) => format!(
+                "change `offset` by {:+.3} mm and `pinion_axial` by {:+.3} mm in [assembly]: the flanks then touch at this ratio in the middle of the gear's flank",
+                1e3 * shift.offset,
+                1e3 * shift.pinion_axial
+            ),
+            None => "check teeth, settings and ratios of roll of both members: no change of offset and pinion position was found that gives this ratio".into(),
+        }
+    };
+    Diagnostic {
+        code: "no-reference",
+        message: format!(
+            "nowhere on the flanks is the ratio that of the tooth numbers: it is {percent:+.3} % off at the contact that is taken as reference"
+        ),
+        hint: Some(hint),
+    }
+}
+
+/// Places on the face to which no V and H move the contact.
+fn shift_warning(shifts: &[Option<PatternShift>; 3]) -> Option<Diagnostic> {
+    let places = VH_PLACES.iter().zip(shifts);
+    let missing = places.filter(|(_, shift)| shift.is_none());
     let missing: Vec<String> = missing
-        .map(|(face, _)| format!("{:.0} %", 100.0 * face))
+        .map(|((_, face), _)| format!("{:.0} %", 100.0 * face))
         .collect();
     (!missing.is_empty()).then(|| Diagnostic {
         code: "no-contact",
         message: format!(
-            "no V and H were found that move the contact to {} of the gear's face: on the way there the flanks lose contact, or the ratio is nowhere that of the tooth numbers",
+            "no V and H were found that move the contact to {} of the gear's face: on the way there the flanks lose contact",
             missing.join(" and ")
         ),
         hint: Some("change spiral angle or crowning until the ease-off has a top on the face".into()),
@@ -184,10 +208,9 @@ pub(super) fn leading(
         let angle = path.reference.pinion_angle + step * i as f64;
         let leading = pair.leading(path, angle)?;
         let contact = leading.contact;
-        let turned = f64::from(leading.pair) * pair.pitch();
         Some(BevelContactPoint {
             pinion_angle: angle,
-            gear_angle: contact.gear_angle() - pair.ratio() * turned,
+            gear_angle: leading.gear_angle(pair),
             te: leading.te,
             pair: leading.pair,
             in_pinion: pair
@@ -204,7 +227,7 @@ pub(super) fn leading(
     found.collect()
 }
 
-/// Contact ratio on the flanks, and where and why the contact on them ends.
+/// Contact ratio on the flanks, and where and why the contact on them begins and ends in the sense in which the pinion drives.
 fn ends(pair: &FlankPair, path: &ContactPath) -> (f64, [(f64, String); 2]) {
     let contacts = &path.contacts;
     let middle = contacts.partition_point(|c| c.pinion_angle < path.reference.pinion_angle);
@@ -243,7 +266,12 @@ fn ends(pair: &FlankPair, path: &ContactPath) -> (f64, [(f64, String); 2]) {
             reason(last, contacts.get(last + 1), path.stopped[1]),
         ),
     ];
-    ((ends[1].0 - ends[0].0) / pair.pitch(), ends)
+    let ratio = (ends[1].0 - ends[0].0) / pair.pitch();
+    let [below, above] = ends;
+    match ContactForces::of(pair, &path.reference).pinion_turn > 0.0 {
+        true => (ratio, [below, above]),
+        false => (ratio, [above, below]),
+    }
 }
 
 /// An edge in words.

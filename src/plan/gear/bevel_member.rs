@@ -91,6 +91,19 @@ pub fn tooth(file: &BevelFile, k: usize) -> Option<BevelTooth> {
     BevelTooth::new(flanks, of.teeth, &of.blank, of.thickness)
 }
 
+/// Flanks of pinion and gear on the given sides; none where one is not described or is wholly removed by undercut.
+pub(super) fn flanks_of_sides(
+    members: &[MemberResult; 2],
+    sides: [usize; 2],
+) -> Option<[BevelFlank; 2]> {
+    let flank = |k: usize| {
+        let flank = members[k].flanks[sides[k]].as_ref();
+        let left = flank.filter(|f| f.grid.nodes.iter().any(Option::is_some))?;
+        Some(left.flank.clone())
+    };
+    Some([flank(0)?, flank(1)?])
+}
+
 /// The error of a tool that misses the tooth.
 pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
     let message = format!(

@@ -12,12 +12,12 @@ use crate::gear::contact::reference::ContactForces;
 use crate::gear::load::bevel_teeth::BevelTeeth;
 use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, FlankSurplus, LEAST_ASPECT};
 use crate::gear::load::flank_position::ToothBending;
-use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult, StripChange};
+use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
 use crate::gear::load::load_table::{LoadInterpolation, LoadTable};
 use crate::gear::load::material::Material;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
-use crate::scene::bevel_file::BevelFile;
+use crate::scene::bevel_file::{BevelFile, MAX_STATIONS};
 
 /// Half widths of the contact in a length of its cells above which the cells are too short: recommended are 1.2 to 2 half widths.
 const COARSE: f64 = 1.0 / 1.2;
@@ -115,7 +115,7 @@ impl<'a> LoadedPair<'a> {
         let result = result.map_err(|e| e.with_span(&self.file.span))?;
         let lever = ContactForces::of(self.pair, &self.path.reference).levers[1];
         check_deflection(self.file, &result, lever)?;
-        diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
+        diagnostics.extend(warnings(&result.cycles, self.file.mesh.stations));
         Ok(BevelMeshResult {
             mesh: result,
             lever,
@@ -163,7 +163,7 @@ pub fn plan(file: &BevelFile) -> StageDecision {
         return StageDecision::LeftOut("no torque is given: [mesh] torque, or --torque".into());
     }
     if file.missing_flank().is_some() {
-        return StageDecision::LeftOut("flanks that do not touch carry no load".into());
+        return StageDecision::LeftOut("a flank of the contact is not described".into());
     }
     if file.is_conjugate() {
         return StageDecision::LeftOut(
@@ -258,55 +258,77 @@ fn check_deflection(file: &BevelFile, mesh: &FlankMeshResult, lever: f64) -> Res
     Ok(())
 }
 
-/// Warnings on the pitch at the largest torque.
-fn warnings(cycle: &FlankCycle) -> Vec<Diagnostic> {
+/// Warnings on the pitch, each of the torque at which it is worst.
+fn warnings(cycles: &[FlankCycle], stations: usize) -> Vec<Diagnostic> {
     let mut all = Vec::new();
-    let most = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
-    let edges = most(cycle.of(|p| p.edge_share));
-    let torque = format_number(cycle.torque);
-    if edges > EDGE_SHARE {
+    let mut warn = |code, message: String, hint: String| {
+        let hint = Some(hint);
         all.push(Diagnostic {
-            code: "edge-contact",
-            message: format!(
+            code,
+            message,
+            hint,
+        });
+    };
+    let worst = |of: fn(&FlankLoad) -> f64| {
+        let most = |cycle: &FlankCycle| cycle.of(of).into_iter().fold(0.0, f64::max);
+        let all = cycles.iter().map(|c| (most(c), format_number(c.torque)));
+        all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+    };
+    let (edges, torque) = worst(|p| p.edge_share);
+    if edges > EDGE_SHARE {
+        warn(
+            "edge-contact",
+            format!(
                 "edges of the teeth carry up to {:.0} % of {torque} N·m: the pressure there has no bound and is not in the table",
                 100.0 * edges
             ),
-            hint: Some("more crowning, or another [assembly], keeps the contact on the flanks".into()),
-        });
+            "more crowning, or another [assembly], keeps the contact on the flanks".into(),
+        );
     }
-    let coarse = most(cycle.of(|p| p.coarse));
+    let (coarse, torque) = worst(|p| p.coarse);
     if coarse > COARSE {
-        all.push(Diagnostic {
-            code: "short-cells",
-            message: format!(
-                "the contact at {torque} N·m is up to {:.1} half widths wide on a cell's length (limit {COARSE:.2}): its pressure is not resolved",
-                coarse
+        warn(
+            "short-cells",
+            format!(
+                "the contact at {torque} N·m is up to {coarse:.1} half widths wide on a cell's length (limit {COARSE:.2}): its pressure is not resolved"
             ),
-            hint: Some("give fewer stations".into()),
-        });
+            format!("give fewer `stations` in [mesh] than {stations}"),
+        );
     }
-    let overhang = most(cycle.of(|p| p.overhang));
+    let (overhang, torque) = worst(|p| p.overhang);
     if overhang > 1.0 {
-        all.push(Diagnostic {
-            code: "ellipse-beyond-teeth",
-            message: format!(
+        warn(
+            "ellipse-beyond-teeth",
+            format!(
                 "the contact ellipse at {torque} N·m is {overhang:.1} times as long as the teeth have room for: approach and pressure are those of a whole ellipse"
             ),
-            hint: Some(format!("give a smaller torque, or less crowning: strips resolve ellipses from a/b {LEAST_ASPECT}")),
-        });
+            format!(
+                "give a smaller torque, or less crowning: strips resolve ellipses from a/b {LEAST_ASPECT}"
+            ),
+        );
     }
-    let cells = (cycle.positions.iter())
-        .filter_map(|p| p.longest_contact())
-        .min();
-    if let Some(cells) = cells.filter(|n| *n < LEAST_CELLS) {
-        all.push(Diagnostic {
-            code: "short-contact",
-            message: format!(
+    let cells = cycles.iter().filter_map(|cycle| {
+        let least = cycle
+            .positions
+            .iter()
+            .filter_map(|p| p.longest_contact())
+            .min()?;
+        Some((least, format_number(cycle.torque)))
+    });
+    let least = cells.min_by_key(|(cells, _)| *cells);
+    if let Some((cells, torque)) = least.filter(|(cells, _)| *cells < LEAST_CELLS) {
+        let enough = (stations * LEAST_CELLS).div_ceil(cells.max(1));
+        let enough = enough.min(MAX_STATIONS as usize);
+        warn(
+            "short-contact",
+            format!(
                 "at some position no contact at {torque} N·m covers more than {} (limit {LEAST_CELLS}): approach and pressure are off by more than 2 %",
                 pluralise(cells, "station")
             ),
-            hint: Some("give more stations".into()),
-        });
+            format!(
+                "give about {enough} `stations` in [mesh], there are {stations}; or a larger torque"
+            ),
+        );
     }
     all
 }

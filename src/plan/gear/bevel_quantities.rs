@@ -1,11 +1,11 @@
 //! Quantities of a bevel pair: blanks, slots, virtual gears, teeth, theory, axodes.
 
+use super::bevel_backlash;
 use super::bevel_member::MemberResult;
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
 use super::{axodes, hypoid_theory};
 use crate::gear::bevel::iso23509::BlankPair;
 use crate::gear::bevel::slots::Slots;
-use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::bevel::virtual_gears::VirtualGears;
 use crate::scene::bevel_file::{BevelFile, BevelMember};
 
@@ -77,11 +77,14 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
         Millimetre,
         of(&|m| m.blank.root_apex),
     );
-    let depth = |m: &BevelMember| {
-        let [root, tip] = [m.section.at(0.5, 0.0), m.section.at(0.5, 1.0)];
-        f64::hypot(tip[0] - root[0], tip[1] - root[1])
+    let [addenda, dedenda] = match &file.design {
+        Some(design) => [design.addenda, design.dedenda],
+        None => [0, 1].map(|i| of(&|m| m.blank.mean_depths()[i])),
     };
-    all.each("mean whole depth", "h_m", Millimetre, of(&depth));
+    all.each("mean addendum", "h_am", Millimetre, addenda);
+    all.each("mean dedendum", "h_fm", Millimetre, dedenda);
+    let whole = [0, 1].map(|k| addenda[k] + dedenda[k]);
+    all.each("mean whole depth", "h_m", Millimetre, whole);
     if let Some(design) = &file.design {
         all.pair(
             "mean normal module",
@@ -102,8 +105,6 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
             Degree,
             design.pressure_angles[1],
         );
-        all.each("mean addendum", "h_am", Millimetre, design.addenda);
-        all.each("mean dedendum", "h_fm", Millimetre, design.dedenda);
         all.pair("clearance", "c", Millimetre, design.clearance);
         all.each(
             "design mean normal thickness",
@@ -125,7 +126,7 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
         Millimetre,
         tooth(&thickness),
     );
-    if let Some(backlash) = mean_backlash(members) {
+    if let Some(backlash) = bevel_backlash::of_design(members) {
         all.pair("mean normal backlash", "j_mn", Millimetre, backlash);
     }
     all.each(
@@ -149,15 +150,6 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
     }
     axodes::quantities(&hypoid_theory::axes(file), &mut all);
     all.0
-}
-
-/// Normal backlash of both teeth at their mean points, `p_mn − s_mn1 − s_mn2` with the pitch of the gear, m; none without both teeth.
-pub(super) fn mean_backlash(members: &[MemberResult; 2]) -> Option<f64> {
-    let [Some(pinion), Some(gear)] = members.each_ref().map(|m| m.tooth.as_ref()) else {
-        return None;
-    };
-    let thicknesses = [pinion, gear].map(BevelTooth::mean_normal_thickness);
-    Some(gear.mean_normal_pitch() - thicknesses[0] - thicknesses[1])
 }
 
 /// Spiral angles, slots and top lands at toe and heel; slots of face-milled pairs.

@@ -21,12 +21,12 @@ pub struct StabilityCase {
     /// Torque at the pinion, N·m.
     pub torque: f64,
     /// The contact; none where the flanks do not touch near the middle of their teeth.
-    pub contact: Option<ContactState>,
+    pub contact: Option<LoadedPattern>,
 }
 
 /// Pattern, transmission error and pressure over one pitch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactState {
+pub struct LoadedPattern {
     /// Centre of the pattern, the places weighted with their forces, as shares of face and height of the pinion.
     pub centre: [f64; 2],
     /// Shift from the centre of the file at the same torque along face and height, m.
@@ -70,9 +70,9 @@ pub fn stability(
     let lengths = pair.flanks[0].section.mean_lengths();
     let named = cases.iter().zip(&results);
     let case =
-        |((name, change, torque), state): (&(String, Assembly, f64), &Option<ContactState>)| {
+        |((name, change, torque), state): (&(String, Assembly, f64), &Option<LoadedPattern>)| {
             let from = nominal(*torque);
-            let shifted = |state: ContactState| ContactState {
+            let shifted = |state: LoadedPattern| LoadedPattern {
                 shift: [0, 1].map(|k| {
                     from.map_or(f64::NAN, |from| lengths[k] * (state.centre[k] - from[k]))
                 }),
@@ -178,7 +178,7 @@ fn state(
     change: &Assembly,
     torque: f64,
     (options, teeth): (FlankMeshOptions, Option<&dyn ToothBending>),
-) -> Result<Option<ContactState>, Error> {
+) -> Result<Option<LoadedPattern>, Error> {
     let assembly = file.assembly().changed(change, 1.0);
     let moved = FlankPair::new(pair.flanks.clone(), pair.teeth, file.hand, &assembly);
     let path = moved.path_near_teeth(file.contact.pitches, file.contact.positions);
@@ -192,8 +192,8 @@ fn state(
         .and_then(|cycle| of_cycle(pair, cycle)))
 }
 
-fn of_cycle(pair: &FlankPair, cycle: &FlankCycle) -> Option<ContactState> {
-    Some(ContactState {
+fn of_cycle(pair: &FlankPair, cycle: &FlankCycle) -> Option<LoadedPattern> {
+    Some(LoadedPattern {
         centre: pair.flanks[0].section.shares(cycle.centre(0)?)?,
         shift: [0.0; 2],
         peak_to_peak: peak_to_peak(&cycle.of(|p| p.te)),

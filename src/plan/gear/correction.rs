@@ -9,7 +9,6 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::base::source_span::SourceFile;
 use crate::base::text::pluralise;
-use crate::gear::bevel::settings::Hand;
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::cut::correction::{CorrectionFit, CorrectionProblem, Unknown};
@@ -19,6 +18,7 @@ use crate::gear::cut::next_cut::NextCut;
 use crate::gear::cut::root_point::RootPoint;
 use crate::gear::cut::setting::{FlankSetup, Setting};
 use crate::gear::cut::shapes::{ShapeRest, shape_rests};
+use crate::gear::hand::Hand;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
@@ -166,7 +166,14 @@ pub fn run(
     let next = next.map_err(at_grid)?;
     let hint = "check member, flank and sign of the deviations, or free fewer settings";
     diagnostics.extend(not_converged(&fit, hint));
-    diagnostics.extend(large_change(&problem, &fit));
+    diagnostics.extend(large_change(
+        &problem,
+        &fit,
+        (
+            "more than errors of a machine explain",
+            "check member, flank and units, or free fewer settings by --settings",
+        ),
+    ));
     diagnostics.extend(nothing_moves(&fit, study.least));
     diagnostics.extend(no_better(&before, &next).filter(|_| fit.kept > 0));
     let moves_other = match sides[..] {
@@ -331,8 +338,12 @@ pub(super) fn depth_warning(
 /// Changes beyond this many reaches are not small errors of a machine.
 const FAR: f64 = 10.0;
 
-/// A warning of large changes: the wrong flank, the wrong sign, another gear.
-fn large_change(problem: &CorrectionProblem, fit: &CorrectionFit) -> Option<Diagnostic> {
+/// A warning of large changes, with what they are and a hint.
+pub(super) fn large_change(
+    problem: &CorrectionProblem,
+    fit: &CorrectionFit,
+    (what, hint): (&str, &str),
+) -> Option<Diagnostic> {
     let in_reach = problem.unknowns.iter().zip(&fit.changes);
     let worst = in_reach
         .map(|(unknown, change)| (unknown.setting, (change / unknown.reach).abs()))
@@ -341,11 +352,11 @@ fn large_change(problem: &CorrectionProblem, fit: &CorrectionFit) -> Option<Diag
     Some(Diagnostic {
         code: "large-change",
         message: format!(
-            "`{}` would change by {:.0} times 10′, 0.1 mm, 1 % of the ratio of roll or 1/m of the curvature of a profile: more than errors of a machine explain",
+            "`{}` would change by {:.0} times 10′, 0.1 mm, 1 % of the ratio of roll or 1/m of the curvature of a profile: {what}",
             setting_name(worst.0),
             worst.1
         ),
-        hint: Some("check member, flank and units, or free fewer settings by --settings".into()),
+        hint: Some(hint.into()),
     })
 }
 

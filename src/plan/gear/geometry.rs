@@ -64,9 +64,11 @@ impl QuantityUnit {
 impl GearQuantity {
     /// Key in documents: the name in words with the unit, `base_diameter_mm`.
     pub fn key(&self) -> String {
-        let name: String = (self.name.chars())
-            .map(|c| if c.is_alphanumeric() { c } else { '_' })
-            .collect();
+        let words = self.name.split(|c: char| !c.is_alphanumeric());
+        let name = words
+            .filter(|w| !w.is_empty())
+            .collect::<Vec<_>>()
+            .join("_");
         match self.unit.text() {
             "" => name,
             "1/mm" => format!("{name}_per_mm"),

@@ -62,6 +62,9 @@ pub(super) fn sides(
 /// Largest difference between the components of the nominal normals of a grid and of the flank: another flank differs by more.
 const SAME_NORMAL: f64 = 0.1;
 
+/// Share of the nodes that may lie off the flank; where more do, the grid is another gear's.
+const MAX_OFF_FLANK: f64 = 0.25;
+
 /// A flank with its nodes; nodes where the blade leaves no flank are left out with a warning.
 pub(super) fn measured(
     file: &BevelFile,
@@ -115,15 +118,16 @@ pub(super) fn measured(
         let count = rows.len() - nodes.len();
         let beyond = off(&flank, row);
         let line = row.span.line();
-        if 2 * count > rows.len() {
+        if count as f64 > MAX_OFF_FLANK * rows.len() as f64 {
             let message = format!(
-                "{} of {} are not on the {name}: the first {beyond}",
+                "{} of {} are not on the {name} (limit {:.0} %): the first {beyond}",
                 count,
-                pluralise(rows.len(), "node")
+                pluralise(rows.len(), "node"),
+                100.0 * MAX_OFF_FLANK
             );
             return Err(Error::new(Code::OutOfRange, message)
                 .with_span(&row.span)
-                .with_hint("z is counted along the axis from the apex to the heel; check units, --member and --flank"));
+                .with_hint("the grid may be that of another gear; z is counted along the axis from the apex to the heel; check units, --member and --flank"));
         }
         diagnostics.push(Diagnostic {
             code: "nodes-off-flank",

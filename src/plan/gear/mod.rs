@@ -60,6 +60,9 @@ pub mod bevel_member;
 /// Limits that bevel flanks meet.
 pub mod bevel_limits;
 
+/// Backlash of a bevel pair.
+pub mod bevel_backlash;
+
 /// Quantities of a bevel pair.
 mod bevel_quantities;
 

@@ -83,7 +83,8 @@ fn moved(file: &BevelFile, contact: &BevelContact, shift: [f64; 2]) -> Option<Pa
     for part in 1..=PARTS {
         let moved = at(part as f64 / PARTS as f64);
         let touched = moved.contact(near.pinion_angle, near.unknowns)?;
-        near = moved.reference_near(&touched)?;
+        // Without a place of the nominal ratio the contact at this angle is followed.
+        near = moved.reference_near(&touched).unwrap_or(touched);
     }
     let moved = at(1.0);
     if !moved.is_near_teeth(&near) {

@@ -2,8 +2,8 @@
 
 use super::bevel_contact;
 use super::correction::{
-    ContactChange, CorrectionResult, depth_warning, depths, dials, not_converged, nothing_moves,
-    plan, unknowns,
+    ContactChange, CorrectionResult, depth_warning, depths, dials, large_change, not_converged,
+    nothing_moves, plan, unknowns,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -89,7 +89,7 @@ pub fn run(
     if next.flank(file.hand, of.section).middle().is_none() {
         let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";
         return Err(at_target(Error::new(Code::OutOfRange, message).with_hint(
-            "want an ease-off nearer to that of the present settings",
+            "request an ease-off nearer to that of the present settings",
         )));
     }
     let before = deviations(&problem, setup).map_err(at_target)?;
@@ -103,11 +103,16 @@ pub fn run(
         now: touching(setup, &mut Vec::new()),
         next: touching(next, &mut diagnostics),
     };
-    let hint = "want an ease-off nearer to that of the present settings, or free fewer settings";
+    let hint = "request an ease-off nearer to that of the present settings, or free fewer settings";
     diagnostics.extend(not_converged(&fit, hint));
     let depths = vec![depths(roots.as_ref(), &next, file.hand)];
     diagnostics.extend(depth_warning(&depths, &of.section, &[side]));
     diagnostics.extend(nothing_moves(&fit, study.least));
+    let far = (
+        "this is another set-up of the machine, not a correction",
+        "free fewer settings by --settings, or request an ease-off nearer to that of the present settings",
+    );
+    diagnostics.extend(large_change(&problem, &fit, far));
     if roots.is_none() {
         diagnostics.push(Diagnostic {
             code: "slot-depth",

@@ -14,13 +14,14 @@ use super::rational::{fit_rational, modes_over_table, partial_fractions, rule};
 use super::transfer_functions::{transfer_functions, without_window};
 use super::{
     free_decay, level_linearity, linearity, mains, modal_mass, mode_tracking, operational_modes,
-    pole_consistency, reciprocity, segment_samples, time_series, weak,
+    pole_consistency, segment_samples, time_series, weak,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::rational::DelayModel;
+use crate::identify::reciprocity;
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::{
     ChannelLabel, FrequencyResponse, FrequencyResponses, line_spacing_hz,

@@ -3,7 +3,6 @@
 use super::frf_estimation::HitSummary;
 use super::method::IdentificationMethod;
 use super::mode_comparison::ModeComparison;
-use super::reciprocity::Reciprocity;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::quoted_list;
 use crate::identify::modal::candidates::normalize_to_largest;
@@ -14,6 +13,7 @@ use crate::identify::operational::fdd::SdofBell;
 use crate::identify::operational::harmonics::HarmonicIndicator;
 use crate::identify::point_shape::{Displacement, point_displacements};
 use crate::identify::rational::{ModelErrorShare, RationalFit};
+use crate::identify::reciprocity::Reciprocity;
 use crate::identify::series::model::ModelStructure;
 use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
 use crate::identify::series::order::OrderCandidate;
@@ -367,7 +367,7 @@ pub struct PeakPicking {
     pub below: Vec<Vec<f64>>,
 }
 
-/// A peak.
+/// A peak of an output spectrum, with its estimate of a mode.
 #[derive(Debug, Clone, Default)]
 pub struct PickedPeak {
     /// Frequency of the peak, Hz.

@@ -6,9 +6,10 @@ use std::ops::Range;
 use super::linearity::warning;
 use super::sample_blocks;
 use crate::base::error::{Diagnostic, Error};
-use crate::identify::level_dependence::{LevelGroup, level_dependence};
+use crate::identify::level_dependence::{LevelGroup, averaged_terms, level_dependence};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
+use crate::recording::channel_statistics::channel_statistics;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
@@ -75,7 +76,7 @@ pub fn check_record(
         .collect();
     let parts = parts(recording);
     let levels = (parts.iter())
-        .map(|part| standard_deviation(part, channels[0]))
+        .map(|part| channel_statistics(part, channels[0]).map(|of| of.std))
         .collect::<Result<Vec<f64>, _>>()?;
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
@@ -102,46 +103,6 @@ pub fn check_record(
     let found = level_dependence(lines, &groups, &modes, &terms);
     let levels_of = "from parts of the record with an rms input of";
     Ok(found.map(|found| warning(&found, levels_of, &channels[0].unit)))
-}
-
-/// `1/(jω − p)` and `1/(jω − p)²` as averaged blocks under a Hann window show them for white noise: transforms of `e^{pt}` and `t e^{pt}`
-/// times the autocorrelation of the window, `(1 − x)(2 + cos 2πx)/3 + sin(2πx)/2π` with x = t over the length of a block.
-fn averaged_terms(omega: f64, pole: Complex, block_s: f64) -> (Complex, Complex) {
-    /// Nodes of the trapezoidal rule; the integrand turns by less than a fiftieth of a radian between two.
-    const POINTS: usize = 4096;
-    /// `e^{−20}` is 2e-9.
-    const DECAYS: f64 = 20.0;
-    let end = block_s.min(DECAYS / pole.re.abs());
-    let dt = end / POINTS as f64;
-    let rate = pole - Complex::new(0.0, omega);
-    let step = (rate * dt).exp();
-    let (mut decay, mut first, mut second) = (
-        Complex::new(1.0, 0.0),
-        Complex::new(0.5, 0.0),
-        Complex::new(0.0, 0.0),
-    );
-    for k in 1..=POINTS {
-        decay *= step;
-        let t = k as f64 * dt;
-        let (x, half) = (t / block_s, if k == POINTS { 0.5 } else { 1.0 });
-        let (sin, cos) = (TAU * x).sin_cos();
-        let weight = half * ((1.0 - x) * (2.0 + cos) / 3.0 + sin / TAU);
-        first += decay * weight;
-        second += decay * weight * t;
-    }
-    (first * dt, second * dt)
-}
-
-/// Root mean square of a channel, its mean taken off.
-fn standard_deviation(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
-    let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-    recording.each_block(channel, |_, samples, _| {
-        n += samples.len() as f64;
-        sum += samples.iter().sum::<f64>();
-        squares += samples.iter().map(|x| x * x).sum::<f64>();
-    })?;
-    let mean: f64 = sum / n;
-    Ok((squares / n - mean * mean).max(0.0).sqrt())
 }
 
 /// H1 from the first channel to the others.

@@ -27,8 +27,6 @@ pub mod method;
 
 pub mod identify_study;
 
-pub mod reciprocity;
-
 pub mod mode_comparison;
 
 pub mod identification_result;

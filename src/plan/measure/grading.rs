@@ -7,9 +7,9 @@ use crate::gear::measurement::limits::{self, ToleranceLimit};
 use crate::numeric::statistics::Z_95;
 use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
 
-/// Which flanks.
+/// Flanks that a measured value belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FlankSide {
+pub enum GradedFlanks {
     /// Both, or neither in particular.
     Both,
     /// Left flanks.
@@ -18,16 +18,17 @@ pub enum FlankSide {
     Right,
 }
 
-impl FlankSide {
+impl GradedFlanks {
     /// In the order files name columns.
-    pub const ALL: [FlankSide; 3] = [FlankSide::Both, FlankSide::Left, FlankSide::Right];
+    pub const ALL: [GradedFlanks; 3] =
+        [GradedFlanks::Both, GradedFlanks::Left, GradedFlanks::Right];
 
     /// The word for it; empty for both.
     pub fn name(self) -> &'static str {
         match self {
-            FlankSide::Both => "",
-            FlankSide::Left => "left",
-            FlankSide::Right => "right",
+            GradedFlanks::Both => "",
+            GradedFlanks::Left => "left",
+            GradedFlanks::Right => "right",
         }
     }
 }
@@ -47,7 +48,7 @@ pub struct GradedValue {
     /// Quantity of the value.
     pub quantity: GearDeviation,
     /// Flanks of the value.
-    pub side: FlankSide,
+    pub side: GradedFlanks,
     /// Place, or method, of the value: `pitches 7 to 13`.
     pub location: String,
     /// The value, m; angles were turned into lengths.
@@ -121,7 +122,7 @@ impl Grader {
     pub fn grade(
         &self,
         quantity: GearDeviation,
-        side: FlankSide,
+        side: GradedFlanks,
         found: String,
         estimate: Estimate,
     ) -> GradedValue {
@@ -163,7 +164,7 @@ impl Grader {
     pub fn grade_predicted(
         &self,
         quantity: GearDeviation,
-        side: FlankSide,
+        side: GradedFlanks,
         found: &str,
         estimate: Estimate,
     ) -> GradedValue {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::chart_columns::ChartFiles;
 use super::charts::{ChartEvaluation, ChartPlot, ChartResults};
-use super::grading::{FlankSide, GradedValue, Grader};
+use super::grading::{GradedFlanks, GradedValue, Grader};
 use super::single_flank;
 use crate::base::error::{Diagnostic, Errors};
 use crate::base::source_span::SourceFile;
@@ -104,7 +104,7 @@ pub fn run(gear: &MeasuredGear) -> Result<MeasurementResult, Errors> {
 }
 
 /// Totals that the readings show, m: the values, and the spans of profiles and helices, which a design modification fills.
-fn totals(rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<(GearDeviation, FlankSide, f64)> {
+fn totals(rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<(GearDeviation, GradedFlanks, f64)> {
     let measured = rows.iter().filter(|row| !row.predicted);
     let mut all: Vec<_> = measured
         .map(|row| (row.quantity, row.side, row.estimate.value.abs()))

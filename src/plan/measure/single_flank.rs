@@ -1,7 +1,7 @@
 //! Single-flank record predicted from pitch and profile, and pitch from a measured record.
 
 use super::charts::{ChartEvaluation, ChartPlot};
-use super::grading::FlankSide;
+use super::grading::GradedFlanks;
 use crate::base::error::Error;
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
@@ -28,7 +28,7 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
     let (base_pitch, cosine) = (gear.base_pitch(), gear.transverse_pressure_angle().cos());
     let mut records = Vec::new();
     let mut why = None;
-    for side in [FlankSide::Left, FlankSide::Right] {
+    for side in [GradedFlanks::Left, GradedFlanks::Right] {
         let Some((pitches, profile)) = charts_of(&evaluation.results.plots, side) else {
             continue;
         };
@@ -79,7 +79,10 @@ struct ProfileTraces {
     traces: Vec<Vec<f64>>,
 }
 
-fn charts_of(plots: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations, ProfileTraces)> {
+fn charts_of(
+    plots: &[ChartPlot],
+    wanted: GradedFlanks,
+) -> Option<(&PitchDeviations, ProfileTraces)> {
     let pitches = plots.iter().find_map(|d| match d {
         ChartPlot::Pitch { side, pitches } if *side == wanted => Some(pitches),
         _ => None,
@@ -112,7 +115,7 @@ fn charts_of(plots: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations
 /// further on is surplus on a right flank and want on a left one; of an internal gear, whose right flanks face the other way, it is
 /// the other way round.
 fn single_flank_record(
-    side: FlankSide,
+    side: GradedFlanks,
     internal: bool,
     pitches: &PitchDeviations,
     profile: &ProfileTraces,
@@ -130,7 +133,7 @@ fn single_flank_record(
         }
     };
     let mut places: Vec<f64> = pitches.flank_positions();
-    let is_right = side == FlankSide::Right;
+    let is_right = side == GradedFlanks::Right;
     if is_right {
         places.reverse();
         profiles.reverse();

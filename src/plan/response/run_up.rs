@@ -18,7 +18,7 @@ use crate::response::ports::{Port, Ports, ResponseInput, ResponseOutput};
 use crate::response::run_up::{AmplitudeMap, CriticalSpeed, OrderResponses, rss_amplitude};
 use crate::scene::study::{ResponseStudy, RunUpStudy};
 
-/// A run-up.
+/// Amplitudes of the outputs over the speeds of a run-up, order by order.
 pub struct RunUpResult {
     /// Speeds of the node, rad/s.
     pub speeds: Vec<f64>,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::base::error::Diagnostic;
+use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::plan::meshes::work::WorkResult;
@@ -77,6 +78,35 @@ pub struct OrderLineResult {
     pub dynamic: Option<Complex>,
     /// Share of the sum of squared amplitudes.
     pub share: f64,
+}
+
+impl OrderLineResult {
+    /// The element that the line comes from.
+    pub fn source(&self, machine: &Machine) -> String {
+        match self.line.origin {
+            LineOrigin::Declared(number) => machine.errors[number].location.clone(),
+            LineOrigin::Stiffness(branch) => machine.branch_name(branch),
+        }
+    }
+
+    /// Cause of the line.
+    pub fn cause(&self, machine: &Machine) -> &'static str {
+        match self.line.origin {
+            LineOrigin::Declared(number) => machine.errors[number].cause.name(),
+            LineOrigin::Stiffness(_) => "mesh stiffness",
+        }
+    }
+
+    /// Phase of a value of the line, degrees in (−180, 180], where it is known.
+    pub fn phase(&self, machine: &Machine, value: Complex) -> Option<f64> {
+        /// Rounding of a half turn backward, as a share of a turn.
+        const ROUNDING: f64 = 1e-9;
+        let turned = match value.arg().to_degrees() {
+            half if half <= -180.0 + ROUNDING => half + 360.0,
+            other => other,
+        };
+        (self.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
+    }
 }
 
 impl TransmissionResult {

@@ -58,7 +58,7 @@ pub struct TimeBase {
     pub spacing: Spacing,
 }
 
-/// Missing samples.
+/// Missing samples between two rows of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
     /// The first row after it.

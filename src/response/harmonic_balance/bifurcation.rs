@@ -6,7 +6,7 @@ use crate::motion::floquet::MULTIPLIER_TOLERANCE;
 use crate::motion::floquet::fold::{FoldOptions, find_fold};
 use crate::motion::floquet::orbit::PeriodicOrbit;
 
-/// Bifurcation kind.
+/// Kinds of bifurcations of periodic solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BifurcationKind {
     /// The curve turns back: a saddle-node.

@@ -10,7 +10,7 @@ use super::point::{PeriodicSolution, PointOptions};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// A curve.
+/// Periodic solutions along the frequency, with their bifurcations.
 #[derive(Debug, Clone)]
 pub struct SolutionCurve {
     /// In the order they were found.

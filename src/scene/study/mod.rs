@@ -3,7 +3,7 @@
 pub use accuracy_stability::{
     AccuracyStudy, AccuracyTarget, ParameterSweep, StabilityStudy, SweepParameter,
 };
-pub use modes::{DiscretisationMethod, ModesStudy, ReductionKind, ReductionStudy, StateSpaceStudy};
+pub use modes::{InputHold, ModesStudy, ReductionKind, ReductionStudy, StateSpaceStudy};
 pub use motion::{DEFAULT_AVERAGING_REVS, OnlineStudy, OrderTrackingStudy, SimulateStudy};
 pub use response::{
     HarmonicBalanceStudy, MAX_ORDERS, ResponseMethodTag, ResponseQuantity, ResponseStudy,

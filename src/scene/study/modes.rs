@@ -57,7 +57,7 @@ pub struct StateSpaceStudy {
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
     /// Hold of the inputs between samples.
-    pub method: DiscretisationMethod,
+    pub method: InputHold,
 }
 
 impl StateSpaceStudy {
@@ -84,7 +84,7 @@ impl StateSpaceStudy {
 
 /// Assumed inputs between samples: the discretisation method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DiscretisationMethod {
+pub enum InputHold {
     /// It stays: exact for steps at samples.
     #[default]
     Zero,
@@ -94,30 +94,26 @@ pub enum DiscretisationMethod {
     Bilinear,
 }
 
-impl DiscretisationMethod {
+impl InputHold {
     /// The word for it in files.
     pub fn name(self) -> &'static str {
         match self {
-            DiscretisationMethod::Zero => "zero-order",
-            DiscretisationMethod::First => "first-order",
-            DiscretisationMethod::Bilinear => "bilinear",
+            InputHold::Zero => "zero-order",
+            InputHold::First => "first-order",
+            InputHold::Bilinear => "bilinear",
         }
     }
 }
 
-impl Word for DiscretisationMethod {
-    const WORDS: &'static [(&'static str, DiscretisationMethod, &'static str)] = &[
-        (
-            "zero",
-            DiscretisationMethod::Zero,
-            "Inputs hold their value",
-        ),
+impl Word for InputHold {
+    const WORDS: &'static [(&'static str, InputHold, &'static str)] = &[
+        ("zero", InputHold::Zero, "Inputs hold their value"),
         (
             "first",
-            DiscretisationMethod::First,
+            InputHold::First,
             "Inputs change linearly to the next sample",
         ),
-        ("bilinear", DiscretisationMethod::Bilinear, "Tustin's rule"),
+        ("bilinear", InputHold::Bilinear, "Tustin's rule"),
     ];
 }
 

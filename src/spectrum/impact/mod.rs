@@ -92,7 +92,7 @@ impl RejectReason {
     }
 }
 
-/// One hit.
+/// A hit of the hammer in the force channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hit {
     /// Sample of its largest force.

@@ -6,7 +6,7 @@ use crate::base::error::{Error, Errors};
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
 use crate::plan::measure::chart_columns::AngleScale;
-use crate::plan::measure::grading::FlankSide;
+use crate::plan::measure::grading::GradedFlanks;
 use crate::scene::measured_gear::MeasuredChart;
 use crate::te_record::single_flank::SingleFlankRecord;
 
@@ -24,13 +24,13 @@ impl ChartEvaluation<'_> {
         let (total, tooth) = (record.total_deviation(), record.ranges_per_pitch());
         self.add(
             GearDeviation::DoubleFlankTotal,
-            FlankSide::Both,
+            GradedFlanks::Both,
             "over a turn".into(),
             add(total),
         );
         self.add(
             GearDeviation::DoubleFlankTooth,
-            FlankSide::Both,
+            GradedFlanks::Both,
             "window slid".into(),
             add(tooth.sliding),
         );
@@ -41,7 +41,7 @@ impl ChartEvaluation<'_> {
         ));
         self.warn_sparse(&values, teeth);
         self.results.plots.push(ChartPlot::Record {
-            side: FlankSide::Both,
+            side: GradedFlanks::Both,
             is_double: true,
             predicted: false,
             turns: 1,
@@ -71,7 +71,7 @@ impl ChartEvaluation<'_> {
             radius: Some(0.5 * gear.reference_diameter()),
         };
         let (teeth, cosine) = (gear.teeth as usize, gear.transverse_pressure_angle().cos());
-        for side in FlankSide::ALL {
+        for side in GradedFlanks::ALL {
             let Some(mut column) = self.optional_column(chart, side, &lever)? else {
                 continue;
             };
@@ -101,7 +101,7 @@ impl ChartEvaluation<'_> {
 
     fn single_flank_side(
         &mut self,
-        side: FlankSide,
+        side: GradedFlanks,
         values: Vec<f64>,
         turns: usize,
         teeth: usize,

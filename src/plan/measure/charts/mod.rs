@@ -9,7 +9,7 @@ use crate::gear::measurement::runout::Runout;
 use crate::gear::measurement::tooth_thickness::ThicknessMethod;
 use crate::gear::measurement::trace::MeanLine;
 use crate::plan::measure::chart_columns::{AngleScale, ChartColumn, ChartFiles};
-use crate::plan::measure::grading::{FlankSide, GradedValue, Grader};
+use crate::plan::measure::grading::{GradedFlanks, GradedValue, Grader};
 use crate::scene::measured_gear::{ChartKind, MeasuredChart, MeasuredGear};
 
 mod teeth;
@@ -28,14 +28,14 @@ pub enum ChartPlot {
     /// Pitches of one side.
     Pitch {
         /// Which.
-        side: FlankSide,
+        side: GradedFlanks,
         /// Them.
         pitches: PitchDeviations,
     },
     /// Profiles or helices of one side.
     Traces {
         /// Which.
-        side: FlankSide,
+        side: GradedFlanks,
         /// Profiles, else helices.
         is_profile: bool,
         /// Places, one list for all.
@@ -59,7 +59,7 @@ pub enum ChartPlot {
     /// A composite record.
     Record {
         /// Which flanks.
-        side: FlankSide,
+        side: GradedFlanks,
         /// Double-flank, else single-flank.
         is_double: bool,
         /// Computed from pitch and profile, not measured.
@@ -146,7 +146,13 @@ impl ChartEvaluation<'_> {
         }
     }
 
-    fn add(&mut self, quantity: GearDeviation, side: FlankSide, found: String, estimate: Estimate) {
+    fn add(
+        &mut self,
+        quantity: GearDeviation,
+        side: GradedFlanks,
+        found: String,
+        estimate: Estimate,
+    ) {
         let row = self.grader.grade(quantity, side, found, estimate);
         self.results.rows.push(row);
     }
@@ -155,7 +161,7 @@ impl ChartEvaluation<'_> {
     fn optional_column(
         &mut self,
         chart: &MeasuredChart,
-        side: FlankSide,
+        side: GradedFlanks,
         lever: &AngleScale,
     ) -> Result<Option<ChartColumn>, Errors> {
         let mut columns = self
@@ -185,7 +191,7 @@ impl ChartEvaluation<'_> {
         chart: &MeasuredChart,
         lever: &AngleScale,
     ) -> Result<ChartColumn, Errors> {
-        let found = self.optional_column(chart, FlankSide::Both, lever)?;
+        let found = self.optional_column(chart, GradedFlanks::Both, lever)?;
         let found = found.filter(|column| !column.values.is_empty());
         let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
         let message = match of_sides {

@@ -10,7 +10,7 @@ use crate::gear::measurement::pitch::{
 };
 use crate::gear::measurement::runout::{self, Runout};
 use crate::plan::measure::chart_columns::AngleScale;
-use crate::plan::measure::grading::FlankSide;
+use crate::plan::measure::grading::GradedFlanks;
 use crate::scene::measured_gear::MeasuredChart;
 
 impl ChartEvaluation<'_> {
@@ -33,7 +33,7 @@ impl ChartEvaluation<'_> {
                 .into());
         }
         let mut sides = Vec::new();
-        for side in FlankSide::ALL {
+        for side in GradedFlanks::ALL {
             let Some(column) = self.optional_column(chart, side, &lever)? else {
                 continue;
             };
@@ -74,8 +74,9 @@ impl ChartEvaluation<'_> {
             });
             sides.push((side, pitches));
         }
-        let of = |wanted: FlankSide| sides.iter().find(|(side, _)| *side == wanted).map(|s| &s.1);
-        if let (Some(left), Some(right)) = (of(FlankSide::Left), of(FlankSide::Right)) {
+        let of =
+            |wanted: GradedFlanks| sides.iter().find(|(side, _)| *side == wanted).map(|s| &s.1);
+        if let (Some(left), Some(right)) = (of(GradedFlanks::Left), of(GradedFlanks::Right)) {
             let angle = self.gear.gear.transverse_pressure_angle();
             let result =
                 runout::from_pitches(left, right, angle).map_err(|e| e.with_span(&chart.span))?;
@@ -87,7 +88,7 @@ impl ChartEvaluation<'_> {
     pub(super) fn push_runout(&mut self, runout: Runout, found: &'static str) {
         self.add(
             GearDeviation::Runout,
-            FlankSide::Both,
+            GradedFlanks::Both,
             found.to_string(),
             runout.range,
         );
@@ -95,7 +96,7 @@ impl ChartEvaluation<'_> {
         let found_at = format!("{found}, highest at {place:.1} deg");
         self.add(
             GearDeviation::Eccentricity,
-            FlankSide::Both,
+            GradedFlanks::Both,
             found_at,
             runout.eccentricity,
         );
@@ -119,7 +120,7 @@ impl ChartEvaluation<'_> {
     }
 
     pub(super) fn base_pitch(&mut self, chart: &MeasuredChart) -> Result<(), Errors> {
-        for side in FlankSide::ALL {
+        for side in GradedFlanks::ALL {
             for column in self.chart_files.columns_of_side(
                 chart,
                 side as usize,

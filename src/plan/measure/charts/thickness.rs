@@ -7,7 +7,7 @@ use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::tooth_thickness::ThicknessMethod;
 use crate::plan::measure::chart_columns::AngleScale;
-use crate::plan::measure::grading::FlankSide;
+use crate::plan::measure::grading::GradedFlanks;
 use crate::scene::measured_gear::MeasuredChart;
 
 impl ChartEvaluation<'_> {
@@ -43,14 +43,14 @@ impl ChartEvaluation<'_> {
         if let (Some(thin), Some(thick)) = (thin, thick) {
             for (word, i) in [("thinnest", thin), ("thickest", thick)] {
                 let found = format!("{what}, {word}, reading {}", i + 1);
-                self.add(GearDeviation::Thickness, FlankSide::Both, found, told[i]);
+                self.add(GearDeviation::Thickness, GradedFlanks::Both, found, told[i]);
             }
             if matches!(method, ThicknessMethod::Span(_)) {
                 let range = column.values[thick] - column.values[thin];
                 let estimate = Estimate::new(range, 2f64.sqrt(), chart.std);
                 self.add(
                     GearDeviation::SpanVariation,
-                    FlankSide::Both,
+                    GradedFlanks::Both,
                     what.to_string(),
                     estimate,
                 );

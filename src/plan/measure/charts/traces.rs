@@ -7,7 +7,7 @@ use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::trace::{self, MeanLine};
 use crate::numeric::statistics::extremes;
 use crate::plan::measure::chart_columns::AngleScale;
-use crate::plan::measure::grading::FlankSide;
+use crate::plan::measure::grading::GradedFlanks;
 use crate::scene::measured_gear::{MeasuredChart, TraceFilter, TraceSettings};
 
 impl ChartEvaluation<'_> {
@@ -25,7 +25,7 @@ impl ChartEvaluation<'_> {
             .chart_files
             .column(chart, &how.along, how.along_unit.as_deref(), &lever)?
             .values;
-        for side in FlankSide::ALL {
+        for side in GradedFlanks::ALL {
             let columns = self.chart_files.columns_of_side(
                 chart,
                 side as usize,
@@ -105,7 +105,7 @@ impl ChartEvaluation<'_> {
     /// The worst of the traces of a side, and the mean slope, in which the mounting shows.
     fn push_worst_deviations(
         &mut self,
-        side: FlankSide,
+        side: GradedFlanks,
         is_profile: bool,
         traces: &[(String, Vec<f64>, MeanLine)],
     ) {
@@ -144,7 +144,7 @@ impl ChartEvaluation<'_> {
     }
 
     /// The mean of what the tips of a side lack.
-    fn tip_relief(&mut self, side: FlankSide, reliefs: &[Estimate]) {
+    fn tip_relief(&mut self, side: GradedFlanks, reliefs: &[Estimate]) {
         let n = reliefs.len() as f64;
         let values = || reliefs.iter().map(|r| 1e6 * r.value);
         let (low, high) = extremes(values());

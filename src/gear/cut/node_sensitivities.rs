@@ -7,7 +7,7 @@ use crate::numeric::vector_ops::dot;
 
 /// Displacements of nodes along their normals by settings and by turns of the work.
 #[derive(Debug, Clone)]
-pub struct LinearSystem {
+pub struct NodeSensitivities {
     /// A column for each setting, m for its reach.
     columns: Matrix,
     /// A column for each flank, m a radian of the work.
@@ -27,12 +27,12 @@ pub struct LeastSquaresStep {
     pub removed: f64,
 }
 
-impl LinearSystem {
+impl NodeSensitivities {
     /// The system of columns of settings and of turns; the turns touch no row in common.
     ///
     /// # Errors
     /// Columns that are not finite.
-    pub fn new(columns: Matrix, turns: Matrix) -> Result<LinearSystem, Error> {
+    pub fn new(columns: Matrix, turns: Matrix) -> Result<NodeSensitivities, Error> {
         let mut free = columns.clone();
         for j in 0..free.ncols() {
             project_out(&turns, free.col_as_slice_mut(j));
@@ -45,7 +45,7 @@ impl LinearSystem {
             },
             _ => svd(&free)?,
         };
-        Ok(LinearSystem {
+        Ok(NodeSensitivities {
             columns,
             turns,
             svd,
