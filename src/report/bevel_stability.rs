@@ -8,6 +8,7 @@ use super::number_format::significant;
 use super::svg::{Anchor, BLACK, BLUE, LIGHT_GREY, LineStyle, ORANGE, WIDTH, render_svg};
 use super::table::{Table, or_dash};
 use crate::gear::contact::pair::Assembly;
+use crate::numeric::sorting::sort_rising;
 use crate::plan::gear::bevel_stability::{LoadedPattern, StabilityCase};
 
 /// One row a case.
@@ -64,6 +65,8 @@ pub fn stability_json(cases: &[StabilityCase]) -> Value {
 const HALF: f64 = 230.0;
 /// Half the side of the frame in largest shifts: room for the names.
 const ROOM: f64 = 1.25;
+/// Height of a line of names, px.
+const NAME_HEIGHT: f64 = 12.0;
 
 /// Draws the shift of the pattern's centre on the pinion under each departure of the axes, at the least and the largest torque.
 pub fn draw(title: &str, cases: &[StabilityCase]) -> String {
@@ -117,16 +120,25 @@ pub fn draw(title: &str, cases: &[StabilityCase]) -> String {
             (middle.0, square[2].1 - 8.0),
             Anchor::Middle,
         );
+        let mut names = Vec::new();
         for (case, shift) in moved() {
             let ink = if case.torque == largest { BLUE } else { ORANGE };
             let (from, to) = (at([0.0, 0.0]), at(shift));
             canvas.polyline(&[from, to], ink, 1.0, LineStyle::Solid);
             canvas.fill_circle(to, 2.5, ink);
-            let (off, anchor) = match shift[0] < 0.0 {
+            names.push((to, shift[0] < 0.0, &case.name));
+        }
+        sort_rising(&mut names, |(to, ..)| to.1);
+        // Names on a side are a line apart.
+        let mut last = [f64::NEG_INFINITY; 2];
+        for (to, is_left, name) in names {
+            let last = &mut last[usize::from(is_left)];
+            *last = to.1.max(*last + NAME_HEIGHT);
+            let (off, anchor) = match is_left {
                 true => (-5.0, Anchor::End),
                 false => (5.0, Anchor::Start),
             };
-            canvas.note(&case.name, (to.0 + off, to.1), anchor);
+            canvas.note(name, (to.0 + off, *last), anchor);
         }
     })
 }
