@@ -58,6 +58,7 @@ fn degrees_and_minutes(text: &str, kind: QuantityKind) -> Option<Result<f64, Err
         };
         let (minutes, rest) = rest.split_once(['′', '\''])?;
         let seconds = match rest.trim().strip_suffix(['″', '"']) {
+            Some(_) if minutes.contains('.') => return None,
             Some(seconds) => part(seconds)?,
             None => rest.trim().is_empty().then_some(0.0)?,
         };
@@ -303,6 +304,10 @@ fn digits_length(text: &str, grouped: bool) -> usize {
 
 fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error> {
     let takes = format!("{subject} takes {}", kind.units());
+    let notation = match kind {
+        QuantityKind::Angle => ", or degrees with minutes and seconds, 18°02′44″",
+        _ => "",
+    };
     let (factor, dimension) = UnitParser::parse(unit).map_err(|unknown| {
         let meant =
             suggest_unit(&unknown, kind).map_or(String::new(), |u| format!("did you mean {u}? "));
@@ -310,7 +315,7 @@ fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<
             Code::WrongUnit,
             format!("\"{}\" is not a unit known here", truncate(&unknown)),
         )
-        .with_hint(format!("{meant}{takes}"))
+        .with_hint(format!("{meant}{takes}{notation}"))
     })?;
     if !kind.accepts(dimension) {
         let measures = QuantityKind::from_dimension(dimension)
@@ -418,7 +423,8 @@ mod tests {
             QuantityKind::Angle,
             64_964.4 * PI / 648_000.0,
         );
-        for wrong in ["18°72′", "18°2", "18.5°30′", "1°-2′", "1°2′3"] {
+        for wrong in ["18°72′", "18°2", "18°2.5′4″", "18.5°30′", "1°-2′", "1°2′3"]
+        {
             assert!(parse(wrong, QuantityKind::Angle, "`k`").is_err(), "{wrong}");
         }
         close("3″", QuantityKind::Angle, 3.0 * PI / 648_000.0);

@@ -58,9 +58,9 @@ pub struct OrderCrossing {
     pub speed_rpm: f64,
     /// Hz.
     pub frequency_hz: f64,
-    /// Number of the order.
+    /// Index of the order.
     pub order: usize,
-    /// Number of the branch.
+    /// Index of the branch.
     pub branch: usize,
     /// Share of the mode's energy where the order acts, 0 to 1; see [`participation`].
     pub participation: f64,
@@ -71,15 +71,15 @@ pub struct OrderCrossing {
 pub struct CampbellOptions {
     /// Speeds of the reference, rad/s, in order.
     pub speeds: Vec<f64>,
-    /// Losses count.
+    /// Include damping.
     pub damped: bool,
-    /// Orders wanted.
+    /// Requested orders.
     pub orders: OrderOptions,
     /// Options of mode tracking.
     pub tracking: TrackingOptions,
 }
 
-/// Draws the diagram.
+/// Solves the modes at each speed, tracks them, and locates the crossings with the orders.
 ///
 /// # Errors
 /// No speed, or speeds that do not rise or fall; nothing can turn; those of the solver.
@@ -139,7 +139,7 @@ fn check(speeds: &[f64]) -> Result<(), Error> {
     let rises = speeds.windows(2).all(|pair| pair[0] < pair[1])
         || speeds.windows(2).all(|pair| pair[0] > pair[1]);
     if speeds.is_empty() || !rises || speeds.iter().any(|speed| !speed.is_finite()) {
-        let message = "a Campbell diagram needs at least one speed, and each above, or each below, the one before";
+        let message = "a Campbell diagram needs at least one speed, and all rising or all falling";
         return Err(Error::new(Code::OutOfRange, message)
             .with_hint("state them as first:last:points, such as 0:3000:61"));
     }

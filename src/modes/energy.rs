@@ -1,6 +1,7 @@
 //! Energy shares of a mode: kinetic, strain and dissipated energy by element.
 //!
-//! Shares of `Σ m |vᵀφ|²`, `Σ k |wᵀφ|²` and `Σ (c + ηk/|λ|) |wᵀφ|²`; each sums to 1. A negative stiffness has a negative share.
+//! Shares of `Σ m |vᵀφ|²`, `Σ k W` and `Σ (c + ηk/|λ|) W` with `W = Re(conj(uᵀφ) wᵀφ)`, w the direction of the deflection and u that of the
+//! force; each sums to 1. A negative stiffness has a negative share.
 
 use super::mode::{Mode, modulus};
 use crate::machine::components::Machine;
@@ -16,11 +17,11 @@ pub struct EnergyShares {
     pub strain: Option<Vec<(usize, f64)>>,
     /// Shares of the energy lost in a period by elements; `None` where none loses any.
     pub dissipated: Option<Vec<(usize, f64)>>,
-    /// `ζ` estimated from the loss of the undamped shape, `Σ c|wᵀφ|²/(2ω φᵀMφ)`; `None` for rigid modes or without losses.
+    /// `ζ` estimated from the loss of the undamped shape, `(Σ (c + ηk/ω) W + φᵀCφ)/(2ω φᵀMφ)` with the Rayleigh damping C; `None` for rigid modes or without losses.
     pub estimated_damping_ratio: Option<f64>,
 }
 
-/// The energies of one mode.
+/// Shares of kinetic, strain and dissipated energy of a mode by element. Rayleigh damping enters the estimate of ζ alone, modal damping neither.
 pub fn energy_shares(machine: &Machine, model: &LinearModel, mode: &Mode) -> EnergyShares {
     let p = model.select_independent(&mode.shape);
     let n = machine.elements.len();

@@ -6,7 +6,7 @@ use super::gear::ARCSEC;
 use super::table::{Table, or_dash};
 use crate::gear::contact::ease_off::EaseOffTerms;
 use crate::plan::gear::bevel_backlash::LeastBacklash;
-use crate::plan::gear::bevel_contact::{BevelContact, VH_PLACES, edge_name};
+use crate::plan::gear::bevel_contact::{BevelContact, END_OF_PITCHES, VH_PLACES, edge_name};
 use crate::plan::gear_limits::MEMBERS;
 
 pub(super) fn contact_json(contact: &BevelContact, side: &str) -> Value {
@@ -127,8 +127,12 @@ pub(super) fn contact_table(
         or_dash(contact.peak_to_peak, |te| format!("{:.3}", ARCSEC * te)),
         "arcsec",
     );
+    let is_cut = contact.ends.iter().any(|(_, why)| why == END_OF_PITCHES);
     row(
-        "contact ratio on the flanks",
+        match is_cut {
+            true => "contact ratio on the flanks, at least",
+            false => "contact ratio on the flanks",
+        },
         format!("{:.4}", contact.contact_ratio),
         "",
     );

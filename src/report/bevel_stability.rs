@@ -5,7 +5,9 @@ use serde_json::{Value, json};
 use super::bevel_plot::{MARGIN, TOP, key};
 use super::gear::ARCSEC;
 use super::number_format::significant;
-use super::svg::{Anchor, BLACK, BLUE, LIGHT_GREY, LineStyle, ORANGE, WIDTH, render_svg};
+use super::svg::{
+    Anchor, BLACK, BLUE, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, WIDTH, render_svg,
+};
 use super::table::{Table, or_dash};
 use crate::gear::contact::pair::Assembly;
 use crate::numeric::sorting::sort_rising;
@@ -126,19 +128,20 @@ pub fn draw(title: &str, cases: &[StabilityCase]) -> String {
             let (from, to) = (at([0.0, 0.0]), at(shift));
             canvas.polyline(&[from, to], ink, 1.0, LineStyle::Solid);
             canvas.fill_circle(to, 2.5, ink);
-            names.push((to, shift[0] < 0.0, &case.name));
+            names.push((to, shift[0] < 0.0, &case.name, ink));
         }
         sort_rising(&mut names, |(to, ..)| to.1);
         // Names on a side are a line apart.
         let mut last = [f64::NEG_INFINITY; 2];
-        for (to, is_left, name) in names {
+        for (to, is_left, name, ink) in names {
             let last = &mut last[usize::from(is_left)];
             *last = to.1.max(*last + NAME_HEIGHT);
             let (off, anchor) = match is_left {
-                true => (-5.0, Anchor::End),
-                false => (5.0, Anchor::Start),
+                true => (-12.0, Anchor::End),
+                false => (12.0, Anchor::Start),
             };
-            canvas.note(name, (to.0 + off, *last), anchor);
+            canvas.polyline(&[to, (to.0 + off, *last)], ink, 0.5, LineStyle::Solid);
+            canvas.text(name, (to.0 + off, *last), LABEL_SIZE, ink, anchor);
         }
     })
 }

@@ -148,6 +148,14 @@ impl ContactSide {
         }
     }
 
+    /// The other side.
+    pub fn other(self) -> ContactSide {
+        match self {
+            ContactSide::Drive => ContactSide::Coast,
+            ContactSide::Coast => ContactSide::Drive,
+        }
+    }
+
     /// The word of the file.
     pub fn name(self) -> &'static str {
         match self {

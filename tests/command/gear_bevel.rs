@@ -354,6 +354,31 @@ fn law_backlash_of_places() {
     assert!(near.1 < 0.0 && near.3, "{near:?}");
 }
 
+/// Where the other flanks do not touch, a warning says that the least backlash is not known; displaced straight flanks are left out.
+#[test]
+fn keeps_the_reason_of_a_missing_backlash() {
+    let (_kept, path) = changed(
+        "assembly = { pinion_axial = \"0.02 in\" }",
+        "assembly = { pinion_axial = \"0.02 in\", offset = \"-1.2 mm\" }",
+    );
+    let found = document(&["gear", &path, "--json"]);
+    assert!(found["least_backlash"].is_null());
+    let warnings = found["warnings"].as_array().unwrap().iter();
+    let words = |w: &Value| {
+        w["message"]
+            .as_str()
+            .unwrap()
+            .contains("backlash is not known")
+    };
+    assert!(warnings.into_iter().any(words), "{}", found["warnings"]);
+    let straight = std::fs::read_to_string("models/gears/straight_20_40.toml").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("assembly = {{ offset = \"0.5 mm\" }}\n{straight}");
+    let path = put(folder.path(), "straight.toml", &text);
+    let (_, _, notes) = said(&["gear", path.to_str().unwrap()]);
+    assert!(notes.contains("left out assembly"), "{notes}");
+}
+
 /// Backlash of the shipped hypoid design: j_en of its blank carried to the mean point, less what its rounded thicknesses take.
 /// Source: ISO 23509:2016, `j_mn = j_en R_m2 cos β_m2/(R_e2 cos β_e2)`.
 #[test]

@@ -60,7 +60,12 @@ fn ref_crossed_pair_of_the_file() {
     );
     assert_eq!(found["warnings"][0]["code"], "no-backlash");
     let hint = found["warnings"][0]["hint"].as_str().unwrap();
-    assert!(hint.contains("67.3133 mm"), "{hint}");
+    assert!(hint.contains("by 0.0133 mm or more"), "{hint}");
+    // An error of assembly counts: 0.1 mm less than 67.4 mm are as 67.3 mm.
+    let displaced = "67.4 mm\" }\nassembly = { offset = \"-0.1 mm\" }";
+    let (_kept, path) = changed(CROSSED, "67.4 mm\" }", displaced);
+    let found = document(&["gear", &path, "--json"]);
+    assert_eq!(found["warnings"][0]["hint"], hint);
 }
 
 /// The profile that an Archimedean hob leaves, and its feed marks at the pitch point, as in c47 and c61 of data/reference/gear; an involute

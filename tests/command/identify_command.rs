@@ -625,7 +625,11 @@ fn noise(samples: usize, seed: u64) -> Vec<f64> {
 
 /// What resonates at 80 Hz with a damping of 2 %, driven by samples.
 fn resonant(input: &[f64]) -> Vec<f64> {
-    let omega = TAU * 80.0 / RATE;
+    oscillator(input, 80.0)
+}
+
+fn oscillator(input: &[f64], frequency_hz: f64) -> Vec<f64> {
+    let omega = TAU * frequency_hz / RATE;
     let size = (-0.02 * omega).exp();
     let (a, b) = (2.0 * size * omega.cos(), -size * size);
     let (mut last, mut older) = (0.0, 0.0);
@@ -665,6 +669,30 @@ fn refuses_modes_of_noise() {
         );
         assert!(words(&found).contains(&"no-mode"), "{method}");
     }
+}
+
+/// `--order` of the circle fit keeps the modes of the highest peaks, not those of the lowest frequencies.
+#[test]
+fn law_circle_keeps_the_highest_peaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let force = noise(40_000, 5);
+    let [low, high] = [40.0, 110.0].map(|f| oscillator(&force, f));
+    let sum = low.iter().zip(&high).map(|(a, b)| a + 20.0 * b).collect();
+    written(folder, "two.csv", "f [N],a [m]", &[force, sum]);
+    let call = [
+        "identify", "two.csv", "--input", "f", "--output", "a", "--json",
+    ];
+    let found = |more: &[&str]| {
+        let found = document(folder, &[&call[..], &["--method", "circle"], more].concat());
+        let modes = found["modes"].as_array().unwrap().iter();
+        modes
+            .map(|m| m["frequency_hz"].as_f64().unwrap())
+            .collect::<Vec<f64>>()
+    };
+    assert_eq!(found(&[]).len(), 2);
+    let kept = found(&["--order", "1"]);
+    assert!(kept.len() == 1 && (kept[0] - 110.0).abs() < 2.0, "{kept:?}");
 }
 
 /// The band is where the input has power, and a mode above it is not looked for.

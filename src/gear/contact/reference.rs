@@ -204,7 +204,18 @@ pub fn shift_pattern(
             Some((std::array::from_fn(|i| here[i] - target(i)), rows))
         })?;
     }
-    Some(PatternShift {
+    at(places, true)?;
+    let moved = FlankPair::new(
+        pair.flanks.clone(),
+        pair.teeth,
+        hand,
+        &Assembly {
+            offset: assembly.offset + places[0],
+            pinion_axial: assembly.pinion_axial + places[1],
+            ..*assembly
+        },
+    );
+    moved.is_on_teeth(&near).then_some(PatternShift {
         face,
         offset: places[0],
         pinion_axial: places[1],

@@ -5,7 +5,7 @@ use crate::numeric::Matrix;
 use crate::numeric::factorisations::{Svd, svd};
 use crate::numeric::vector_ops::dot;
 
-/// Displacements of nodes along their normals by settings and by turns of the work.
+/// Jacobian of the normal displacements of nodes (and weighted root points) over machine settings and rotation of the work, with its SVD.
 #[derive(Debug, Clone)]
 pub struct NodeSensitivities {
     /// A column for each setting, m for its reach.
@@ -16,7 +16,7 @@ pub struct NodeSensitivities {
     svd: Svd,
 }
 
-/// A step of least squares.
+/// Correction of settings and rotation of the work by truncated singular values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastSquaresStep {
     /// Changes of the settings, in their reach.

@@ -50,7 +50,7 @@ impl OrderPoles {
 }
 
 /// Whether a pole is oscillatory, decays and has its half-power points inside the band: those at the ends model what lies beyond.
-pub fn is_in_band(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
+pub fn half_power_band_is_inside(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
     let half_band = pole.re.abs();
     pole.re < 0.0 && pole.im - half_band >= TAU * low_hz && pole.im + half_band <= TAU * high_hz
 }

@@ -3,7 +3,7 @@
 //! Brown, Allemang, Zimmerman & Mergeay, Parameter estimation techniques for modal analysis, SAE 790221 (1979). The impulse responses are
 //! those of the band alone: what is cut off at its ends leaks, so that poles near the ends and heavily damped ones are poor.
 
-use super::candidates::{CandidatePole, OrderPoles, is_in_band};
+use super::candidates::{CandidatePole, OrderPoles, half_power_band_is_inside};
 use super::lags::LagSums;
 use super::measured_frf::MeasuredFrf;
 use super::nested_cholesky::NestedCholesky;
@@ -55,7 +55,7 @@ pub fn lsce(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>
         let poles = eigenvalues(&companion)?
             .into_iter()
             .filter_map(|z| lags.to_s_plane(z))
-            .filter(|&p| is_in_band(p, responses.band_limits_hz()));
+            .filter(|&p| half_power_band_is_inside(p, responses.band_limits_hz()));
         orders.push(OrderPoles::new(
             order,
             poles.map(CandidatePole::from_pole).collect(),

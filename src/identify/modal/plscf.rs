@@ -9,7 +9,9 @@
 //! Here `α ∝ M⁻ⁿ E₀` with n = `INVERSE_ITERATIONS`: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
 //! which keeps the first and mends most of the second.
 
-use super::candidates::{CandidatePole, OrderPoles, is_in_band, normalize_to_largest};
+use super::candidates::{
+    CandidatePole, OrderPoles, half_power_band_is_inside, normalize_to_largest,
+};
 use super::lags::LagSums;
 use super::measured_frf::MeasuredFrf;
 use super::nested_cholesky::{NestedCholesky, add_ridge};
@@ -164,7 +166,7 @@ impl<'a> ReducedNormalEquations<'a> {
             let Some(pole) = self.lags.to_s_plane(z) else {
                 continue;
             };
-            if is_in_band(pole, ends_hz) {
+            if half_power_band_is_inside(pole, ends_hz) {
                 found.push(self.candidate(z, pole, &alpha, &beta)?);
             }
         }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use super::candidates::{CandidatePole, OrderPoles, is_in_band};
+use super::candidates::{CandidatePole, OrderPoles, half_power_band_is_inside};
 use super::measured_frf::MeasuredFrf;
 use super::nested_cholesky::NestedCholesky;
 use crate::base::code::Code;
@@ -63,7 +63,7 @@ pub fn rfp(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>,
             let poles = eigenvalues(&comrade_matrix(&nested.monic_minimum(order), &b))?
                 .into_iter()
                 .map(|s| s * scale)
-                .filter(|&p| is_in_band(p, responses.band_limits_hz()))
+                .filter(|&p| half_power_band_is_inside(p, responses.band_limits_hz()))
                 .map(CandidatePole::from_pole);
             Ok(OrderPoles::new(order, poles.collect()))
         })

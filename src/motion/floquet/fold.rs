@@ -187,7 +187,10 @@ impl OrbitFamily<'_> {
             .collect();
         let map = return_map(&model, &start, self.periods)?;
         let residual = max_norm(&map.residual(&start));
-        Ok((there[n], map.into_orbit(start, self.periods, residual)?))
+        Ok((
+            there[n],
+            map.into_periodic_orbit(start, self.periods, residual)?,
+        ))
     }
 }
 

@@ -50,7 +50,7 @@ const MAX_ITERATIONS: usize = 40;
 /// Steps are allowed while a period ends this much beyond the best so far.
 const MAX_RESIDUAL_GROWTH: f64 = 2.0;
 
-/// The orbit of a number of periods near a state.
+/// Finds a periodic orbit of a number of periods by Newton shooting from an estimate of its start.
 ///
 /// # Errors
 /// What the periodic method refuses; `NoConvergence` where there is none near, or a whole family of them, as of machines that turn freely.
@@ -80,7 +80,7 @@ pub fn find_orbit(
             break;
         }
         if max_norm(&moved) <= NEWTON_TOLERANCE * scale {
-            return there.into_orbit(start, periods, size);
+            return there.into_periodic_orbit(start, periods, size);
         }
         for (i, s) in step.iter_mut().enumerate() {
             *s = -moved[i] * there.units[i];
@@ -94,7 +94,7 @@ pub fn find_orbit(
         .with_hint("start from a motion that has settled, or hold a machine that turns freely"))
 }
 
-/// P and P′.
+/// The Poincaré map P and its Jacobian P′.
 ///
 /// # Errors
 /// What the periodic method refuses.
@@ -185,11 +185,11 @@ impl ReturnMap {
         self.jacobian.iter().enumerate().map(entry).collect()
     }
 
-    /// The orbit it is, if it comes back.
+    /// The periodic orbit at a converged start, with the Floquet multipliers of P′; convergence is the caller's.
     ///
     /// # Errors
     /// `NoConvergence` where the multipliers are not found.
-    pub fn into_orbit(
+    pub fn into_periodic_orbit(
         self,
         start: Vec<f64>,
         periods: u64,
@@ -210,7 +210,7 @@ impl ReturnMap {
     }
 }
 
-/// The largest size.
+/// Largest absolute component.
 pub fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| most.max(x.abs()))
 }

@@ -15,6 +15,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::gear::bevel::straight::StraightProfile;
 use crate::gear::bevel::tooth::SIDES;
+use crate::gear::contact::pair::Assembly;
 use crate::gear::hand::Hand;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -69,7 +70,8 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         false => flanks_of_sides(&members, file.contact.side.flanks())
             .and_then(|flanks| contact(file, flanks, &mut diagnostics)),
     };
-    let backlash = (contact.as_ref()).and_then(|c| bevel_backlash::least(file, &members, c));
+    let backlash =
+        (contact.as_ref()).and_then(|c| bevel_backlash::least(file, &members, c, &mut diagnostics));
     let design = bevel_backlash::of_design(&members);
     diagnostics.extend(bevel_backlash::warning(design, backlash.as_ref()));
     let torques = &file.mesh.torques;
@@ -189,6 +191,10 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
             (false, _) => LeftOut("not requested: --vh".into()),
         },
     ));
+    if file.is_conjugate() && file.errors != Assembly::default() {
+        let reason = "errors of assembly: straight flanks are conjugate as designed, their contact when displaced is not computed";
+        plan.push(("assembly", LeftOut(reason.into())));
+    }
     plan.push(("mesh", bevel_mesh::plan(file)));
     plan.extend(bevel_stability::plan(file).map(|decision| ("stability", decision)));
     plan

@@ -17,12 +17,13 @@ pub struct LeastBacklash {
     pub normal: f64,
 }
 
-/// The least backlash as assembled, errors of assembly included; none where a tooth or the contact of its other flanks is
-/// not known.
+/// The least backlash as assembled, errors of assembly included; none where a tooth is not known, and with a warning where the other flanks
+/// do not touch.
 pub(super) fn least(
     file: &BevelFile,
     members: &[MemberResult; 2],
     contact: &BevelContact,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<LeastBacklash> {
     let [Some(pinion), Some(gear)] = members.each_ref().map(|m| m.tooth.as_ref()) else {
         return None;
@@ -30,12 +31,23 @@ pub(super) fn least(
     let sides = file.contact.side.flanks();
     let others = sides.map(|side| 1 - side);
     let teeth = file.members.each_ref().map(|m| m.teeth);
-    let flanks = flanks_of_sides(members, others)?;
-    let pair = FlankPair::new(flanks, teeth, file.hand, &file.assembly());
-    let path = pair.path_near_teeth(PITCHES, file.contact.positions)?;
-    if pair.removed_at(&path.reference).is_some() {
+    let found = flanks_of_sides(members, others).and_then(|flanks| {
+        let pair = FlankPair::new(flanks, teeth, file.hand, &file.assembly());
+        let path = pair.path_near_teeth(PITCHES, file.contact.positions)?;
+        let is_removed = pair.removed_at(&path.reference).is_some();
+        (!is_removed).then_some((pair, path))
+    });
+    let Some((pair, path)) = found else {
+        diagnostics.push(Diagnostic {
+            code: "no-contact",
+            message: format!(
+                "the least backlash is not known: the {} flanks do not touch near the middle of their teeth",
+                file.contact.side.other().name()
+            ),
+            hint: Some("look at the other side with --side, and check [assembly]".into()),
+        });
         return None;
-    }
+    };
     let requested = FlankPath {
         pair: &contact.pair,
         path: &contact.path,

@@ -21,8 +21,14 @@ use crate::scene::bevel_file::BevelFile;
 const EASE_OFF_GRID: [usize; 2] = [9, 15];
 /// Shares of the face to which the V–H check moves the contact, with their names.
 pub const VH_PLACES: [(&str, f64); 3] = [("toe", 0.25), ("middle", 0.5), ("heel", 0.75)];
+/// Limit where the path was followed no further.
+pub const END_OF_PITCHES: &str = "end of the requested pitches";
 /// Points of an ellipse's outline.
 const OUTLINE: usize = 48;
+/// Ratios this near that of the tooth numbers differ by less than 0.1 arcsec of the gear over a pitch.
+const SAME_RATIO: f64 = 2e-5;
+/// A ratio on the teeth this far from that of the tooth numbers, %, is that of other teeth.
+const OTHER_RATIO: f64 = 1.5;
 /// D of a flank below this share of that at the reference: the undercut limit is near.
 const NEAR_UNDERCUT: f64 = 0.1;
 
@@ -108,9 +114,8 @@ pub fn contact(
         return None;
     }
     let shift = |face: f64| shift_pattern(&pair, (&assembly, file.hand), &reference, face);
-    if (reference.ratio() - pair.ratio()).abs() > 1e-6 {
-        let by = 100.0 * (reference.ratio() / pair.ratio() - 1.0);
-        diagnostics.push(no_reference(by, teeth, &reference, || shift(0.5)));
+    if (reference.ratio() / pair.ratio() - 1.0).abs() > SAME_RATIO {
+        diagnostics.push(no_reference(&pair, &reference, || shift(0.5)));
     }
     let points = leading(&pair, &path, study.pitches, study.positions, study.coating);
     let peak_to_peak = pair.peak_to_peak(&path, study.positions);
@@ -146,17 +151,18 @@ pub fn contact(
     })
 }
 
-/// A ratio that nowhere is that of the tooth numbers, off by some percent at the reference.
+/// A ratio that nowhere is that of the tooth numbers.
 fn no_reference(
-    percent: f64,
-    [z1, z2]: [u32; 2],
+    pair: &FlankPair,
     reference: &ContactPoint,
     to_middle: impl FnOnce() -> Option<PatternShift>,
 ) -> Diagnostic {
-    let suited = (f64::from(z1) / reference.ratio().abs()).round();
-    let hint = if suited != f64::from(z2) {
+    let percent = 100.0 * (reference.ratio() / pair.ratio() - 1.0);
+    let hint = if percent.abs() > OTHER_RATIO && pair.is_on_teeth(reference) {
         format!(
-            "check `teeth`: the flanks suit {z1} and {suited} teeth, the file has {z1} and {z2}"
+            "check `teeth`: the flanks suit a ratio of {:.3}, the tooth numbers have {:.3}",
+            1.0 / reference.ratio().abs(),
+            1.0 / pair.ratio().abs()
         )
     } else {
         match to_middle() {
@@ -165,7 +171,7 @@ fn no_reference(
                 1e3 * shift.offset,
                 1e3 * shift.pinion_axial
             ),
-            None => "check teeth, settings and ratios of roll of both members: no change of offset and pinion position was found that gives this ratio".into(),
+            None => "check [assembly], settings and ratios of roll of both members, and teeth: no change of offset and pinion position was found that gives this ratio".into(),
         }
     };
     Diagnostic {
@@ -252,7 +258,7 @@ fn ends(pair: &FlankPair, path: &ContactPath) -> (f64, [(f64, String); 2]) {
         match (near, stopped) {
             (Some(k), _) => format!("undercut limit of the {}", MEMBERS[k]),
             (None, Some(_)) => "no contact on the teeth beyond".into(),
-            (None, None) => "end of the requested pitches".into(),
+            (None, None) => END_OF_PITCHES.into(),
         }
     };
     let before = first.checked_sub(1).map(|i| &contacts[i]);

@@ -292,7 +292,9 @@ fn warnings(cycles: &[FlankCycle], stations: usize) -> Vec<Diagnostic> {
             format!(
                 "the contact at {torque} N·m is up to {coarse:.1} half widths wide on a cell's length (limit {COARSE:.2}): its pressure is not resolved"
             ),
-            format!("give fewer `stations` in [mesh] than {stations}"),
+            format!(
+                "give fewer `stations` in [mesh] than {stations}, or the largest torques in a run of their own"
+            ),
         );
     }
     let (overhang, torque) = worst(|p| p.overhang);

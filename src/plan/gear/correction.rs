@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::bevel_contact::BevelContact;
-use super::measured_nodes::{measured, sides};
+use super::measured_nodes::{measured_flank, sides};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
@@ -144,7 +144,12 @@ pub fn run(
     let mut diagnostics = Vec::new();
     let mut flanks = Vec::with_capacity(sides.len());
     for side in &sides {
-        flanks.push(measured(file, (member, *side), grid, &mut diagnostics)?);
+        flanks.push(measured_flank(
+            file,
+            (member, *side),
+            grid,
+            &mut diagnostics,
+        )?);
     }
     let is_one_setting = flanks.len() == 2 && flanks[0].setup.machine == flanks[1].setup.machine;
     let problem = CorrectionProblem {

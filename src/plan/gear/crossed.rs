@@ -267,8 +267,8 @@ fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Ve
         let overlap = -1e6 * backlash.unwrap_or(0.0);
         let hint = match pair.tight_centre_distance() {
             Some(tight) => format!(
-                "take centre_distance = {:.4} mm or more",
-                (1e7 * tight).ceil() / 1e4
+                "increase centre_distance, or `offset` in [assembly], by {:.4} mm or more",
+                (1e7 * (tight - pair.centre_distance)).ceil() / 1e4
             ),
             None => "increase centre_distance".into(),
         };

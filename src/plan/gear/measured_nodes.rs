@@ -65,8 +65,9 @@ const SAME_NORMAL: f64 = 0.1;
 /// Share of the nodes that may lie off the flank; where more do, the grid is another gear's.
 const MAX_OFF_FLANK: f64 = 0.25;
 
-/// A flank with its nodes; nodes where the blade leaves no flank are left out with a warning.
-pub(super) fn measured(
+/// Locates the grid points on the nominal flank and collects their normal deviations, positive out of the metal; points off the flank are
+/// left out with a warning.
+pub(super) fn measured_flank(
     file: &BevelFile,
     (member, side): (usize, usize),
     grid: &MeasuredGrid,
@@ -183,7 +184,7 @@ fn narrow(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
     Some(Diagnostic {
         code: "narrow-grid",
         message: format!(
-            "the nodes span {:.0} % of the {what} of the {name}: deviations along it are not known, and settings that change them are guessed",
+            "the nodes span {:.0} % of the {what} of the {name}: deviations along it are not determined, and settings that change them poorly",
             100.0 * span
         ),
         hint: Some("measure a grid over the whole flank, such as 5 × 9 nodes".into()),

@@ -21,7 +21,7 @@ use crate::identify::modal::{lsce, rfp, sdof};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::{sort_falling, sort_rising};
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::integrate::MotionQuantity;
@@ -48,7 +48,7 @@ const DEFAULT_MAX_ORDER: usize = 60;
 /// Peaks below this share of the largest are not looked at one by one.
 const MIN_PEAK_SHARE: f64 = 0.05;
 
-/// Identifies from lines inside the band.
+/// Identifies poles, shapes and residues from the spectral lines inside the band, by pLSCF, LSCE, RFP or circle fits.
 ///
 /// # Errors
 /// Those of the method; responses without information.
@@ -76,7 +76,9 @@ pub fn identify_modal(
     let level = sdof::summed_response(&values);
     let quantities = motion_candidates(responses, study);
     let (mut modes, rule, evidence) = match method {
-        IdentificationMethod::Circle => circle_fits(&lines, &values, level, quantities[0]),
+        IdentificationMethod::Circle => {
+            circle_fits(&lines, &values, level, quantities[0], study.order)
+        }
         _ => {
             let rule = SelectionRule::default();
             let (orders, chosen, sentence) = match sub_bands::sub_bands(&measured)
@@ -176,14 +178,15 @@ fn poles_by_order(
     }
 }
 
-/// One mode for each peak, by a circle through its lines, with half power next to it.
+/// One mode for each peak by a circle fit, compared with the half-power method; of more than `most_modes` those of the highest peaks.
 fn circle_fits(
     lines: &[f64],
     values: &[Vec<Complex>],
     level: Vec<f64>,
     quantity: MotionQuantity,
+    most_modes: Option<usize>,
 ) -> (Vec<IdentifiedMode>, String, Evidence) {
-    let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
+    let (mut modes, mut picked) = (Vec::new(), Vec::new());
     let ends = (lines[0], lines[lines.len() - 1]);
     for (peak, (from, to)) in sdof::separate_peaks(&level, MIN_PEAK_SHARE) {
         let share = |r: &&Vec<Complex>| {
@@ -202,11 +205,12 @@ fn circle_fits(
         let reason = match &fit {
             Err(error) => error.message.clone(),
             Ok(mode) if mode.damping_ratio() > most => format!(
-                "its circle has a damping of {:.0} %, no resonance",
-                100.0 * mode.damping_ratio()
+                "the circle fit gives a damping ratio of {:.0} % (limit {:.0} %)",
+                100.0 * mode.damping_ratio(),
+                100.0 * most
             ),
-            Ok(mode) if !is_in_band(mode.pole, ends) => {
-                "its circle lies outside the band".to_string()
+            Ok(mode) if !natural_frequency_is_in_band(mode.pole, ends) => {
+                "the circle fit gives a natural frequency outside the band".to_string()
             }
             Ok(mode) => half_power
                 .as_ref()
@@ -214,14 +218,15 @@ fn circle_fits(
                 .unwrap_or_default(),
         };
         let is_mode = reason.is_empty();
-        looked_at.push(PickedPeak {
+        picked.push(PickedPeak {
             frequency_hz: lines[peak],
             prominence: None,
             half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
             bell: None,
             reason,
         });
-        modes.extend(fit.ok().filter(|_| is_mode).map(IdentifiedMode::from));
+        let mode = fit.ok().filter(|_| is_mode).map(IdentifiedMode::from);
+        modes.extend(mode.map(|mode| (level[peak], mode)));
     }
     let rule = format!(
         "peaks of the sum of all responses above {} % of its largest value, none inside the half-power band of a higher one; a circle \
@@ -229,10 +234,13 @@ fn circle_fits(
         100.0 * MIN_PEAK_SHARE
     );
     let peaks = PeakPicking {
-        peaks: looked_at,
+        peaks: picked,
         level: (lines.to_vec(), level),
         below: Vec::new(),
     };
+    sort_falling(&mut modes, |(level, _)| *level);
+    modes.truncate(most_modes.unwrap_or(usize::MAX));
+    let mut modes: Vec<IdentifiedMode> = modes.into_iter().map(|(_, mode)| mode).collect();
     sort_rising(&mut modes, |a| a.frequency_hz());
     (modes, rule, Evidence::Peaks(peaks))
 }
@@ -253,7 +261,7 @@ fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -
             format!("{f:.4} Hz and {d:.2} %")
         };
         format!(
-            "its circle gives {}, its half-power width {}: no single resonance",
+            "the circle fit gives {}, half power {}: this is not a single resonance",
             words(circle),
             words(half_power)
         )
@@ -323,7 +331,7 @@ fn table_cells(table: &[Vec<usize>]) -> impl Iterator<Item = (usize, usize, usiz
     table.iter().enumerate().flat_map(row)
 }
 
-/// Whether a pole lies inside a band, Hz.
-pub fn is_in_band(pole: Complex, (low, high): (f64, f64)) -> bool {
+/// Whether the natural frequency |λ|/2π of a pole lies within a band, Hz.
+pub fn natural_frequency_is_in_band(pole: Complex, (low, high): (f64, f64)) -> bool {
     (low..=high).contains(&(pole.norm() / TAU))
 }

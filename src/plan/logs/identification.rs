@@ -488,6 +488,12 @@ fn identify_responses(
                 "check whether input and output are the right channels, of one time base".into(),
             ),
         });
+    } else if found.modes.is_empty() && !matches!(found.evidence, Evidence::Rational(_)) {
+        diagnostics.push(Diagnostic {
+            code: "no-mode",
+            message: "the responses rise above their variance, but no pole is stable over the orders: the band may hold more modes than the method can follow".into(),
+            hint: Some("narrow the band: --band, or take another --method".into()),
+        });
     }
     trace.push((method.name(), start.elapsed().as_secs_f64()));
     diagnostics.extend(found.diagnostics);

@@ -1,6 +1,6 @@
 //! Modes that change in time: recursive least squares, modes joined to tracks.
 
-use super::frf_modes::is_in_band;
+use super::frf_modes::natural_frequency_is_in_band;
 use super::identification_result::{Evidence, IdentifiedMode, ModeTracking, SignalIdentification};
 use super::identify_study::IdentifyStudy;
 use super::method::{IdentificationMethod, structure_text};
@@ -68,7 +68,8 @@ pub fn identify_tracking(
         let all = model.modes()?.into_iter().zip(model.mode_shares()?);
         Ok(all
             .filter(|(m, shares)| {
-                is_in_band(m.pole, band_hz) && rejection_reason(m, *shares).is_none()
+                natural_frequency_is_in_band(m.pole, band_hz)
+                    && rejection_reason(m, *shares).is_none()
             })
             .map(|(m, _)| m)
             .collect())

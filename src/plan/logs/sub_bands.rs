@@ -18,7 +18,7 @@ const HALF_BAND_LINES: usize = 1200;
 /// With fewer halves the band is not wide.
 const MIN_HALF_BANDS: usize = 5;
 
-/// A segment of the lines.
+/// Frequency responses within a sub-band.
 pub struct SubBand<'a> {
     lines: MeasuredFrf<'a>,
 }
@@ -36,7 +36,7 @@ impl SubBand<'_> {
     }
 }
 
-/// The parts of a band wide enough to have some: halves and pairs of neighbours, so that every line lies in two.
+/// Sub-bands of a wide band, overlapping by half; none where it has fewer lines than five half sub-bands.
 pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
     let lines = measured.frequency_hz();
     let halves = lines.len() / HALF_BAND_LINES;
@@ -56,7 +56,7 @@ pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
         .collect()
 }
 
-/// Poles of all orders, and the modes that two parts agree about, each by the part in whose middle it lies.
+/// pLSCF in each sub-band: poles of all orders, and the modes found in two sub-bands, each from the one whose centre is nearest.
 ///
 /// # Errors
 /// As [`poles`].
@@ -120,11 +120,11 @@ fn nearest(parts: &[SubBand], frequency_hz: f64) -> Option<usize> {
         .min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
-/// The rule as a sentence.
+/// The selection rule as text of a report.
 pub fn rule_text(parts: &[SubBand], rule: &SelectionRule) -> String {
     let count = parts.len();
     format!(
-        "{count} parts of the band, every line in two of them, which must agree; in each {}",
+        "{count} sub-bands overlapping by half, a mode must be found in two; in each {}",
         rule.rule_text()
     )
 }

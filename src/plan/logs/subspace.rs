@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::frf_modes::is_in_band;
+use super::frf_modes::natural_frequency_is_in_band;
 use super::identification_result::{
     Evidence, IdentifiedMode, SignalIdentification, StabilisationDiagram,
 };
@@ -37,7 +37,7 @@ pub fn from_ssi(
         reach.1.min(band_hz.1),
         MAX_ORDER,
     );
-    let inside = |m: &OperationalMode| is_in_band(m.mode.pole, band_hz);
+    let inside = |m: &OperationalMode| natural_frequency_is_in_band(m.mode.pole, band_hz);
     let modes: Vec<IdentifiedMode> = (found.modes.into_iter().filter(inside))
         .map(|mut m| IdentifiedMode {
             presence: Some(m.presence),
@@ -80,7 +80,7 @@ pub fn from_ssi(
             poles,
             level: level.map_or((Vec::new(), Vec::new()), FddEstimate::largest_values),
             omitted: (found.rejected.iter())
-                .filter(|r| is_in_band(r.pole, band_hz))
+                .filter(|r| natural_frequency_is_in_band(r.pole, band_hz))
                 .map(|r| (r.pole, r.reason))
                 .collect(),
         }),

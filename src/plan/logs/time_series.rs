@@ -1,6 +1,6 @@
 //! Modes from time-series models: structure by BIC, residual tests.
 
-use super::frf_modes::is_in_band;
+use super::frf_modes::natural_frequency_is_in_band;
 use super::identification_result::{
     Evidence, IdentifiedMode, OrderSelection, SignalIdentification, split_harmonics,
 };
@@ -211,7 +211,7 @@ fn classify_roots(
     let spacing = model.rate_hz / record.output().len() as f64;
     let (mut modes, mut omitted) = (Vec::new(), Vec::new());
     for (mode, shares) in model.modes()?.into_iter().zip(model.mode_shares()?) {
-        if !is_in_band(mode.pole, band_hz) {
+        if !natural_frequency_is_in_band(mode.pole, band_hz) {
             continue;
         }
         if let Some(reason) = rejection_reason(&mode, shares) {

@@ -37,7 +37,7 @@ pub struct OrderDemodulator {
 pub struct DemodulatedOrders {
     /// Orders: cycles a turn.
     pub orders: Vec<f64>,
-    /// Over so many turns each point is a mean.
+    /// Revolutions over which each point is a mean.
     pub revolutions: f64,
     /// By rising time.
     pub points: Vec<OrderPoint>,
@@ -68,29 +68,32 @@ struct TrackWindow {
 }
 
 impl OrderDemodulator {
-    /// Follows `orders` of `channels` channels, each point over `revolutions` turns.
+    /// Follows `orders` of `channels` channels, each point over a window of `turns` revolutions.
     ///
     /// # Errors
-    /// `OutOfRange`: no orders, orders that are not above zero or that so many turns do not part (two lines: 2/turns), no turns.
+    /// `OutOfRange`: no orders, orders that are not above zero or that the window does not resolve (two lines: 2/turns), no window.
     pub fn new(orders: &[f64], turns: f64, channels: usize) -> Result<OrderDemodulator, Error> {
         let refuse = |message: String, hint: String| {
             Err(Error::new(Code::OutOfRange, message).with_hint(hint))
         };
         if !(turns > 0.0 && turns.is_finite()) {
             return refuse(
-                format!("{turns} turns hold no order"),
-                "take 1 or more".into(),
+                format!("a window of {turns} revolutions is too short for orders"),
+                "take 1 revolution or more".into(),
             );
         }
         let mut sorted = orders.to_vec();
         sorted.sort_by(f64::total_cmp);
         let Some(&least) = sorted.first() else {
-            return refuse("no orders to follow".into(), "state one or more".into());
+            return refuse(
+                "no orders to follow".into(),
+                "give at least one order".into(),
+            );
         };
         if !(least > 0.0 && sorted.iter().all(|n| n.is_finite())) {
             return refuse(
-                format!("{least} is no order"),
-                "orders are above zero".into(),
+                format!("order {least} is not above zero"),
+                "give orders above zero".into(),
             );
         }
         let apart = sorted.windows(2).map(|p| p[1] - p[0]).fold(least, f64::min);
@@ -127,7 +130,7 @@ impl OrderDemodulator {
             let step = angle - last;
             let now = if step == 0.0 { sense } else { step.signum() };
             if now * sense < 0.0 {
-                // It turns back: what was begun is not comparable.
+                // The direction reverses: open windows are discarded.
                 self.windows.clear();
                 self.next = self.elapsed_revolutions;
             }
@@ -220,7 +223,7 @@ impl OrderDemodulator {
             values: values.collect(),
         });
         if self.tracks.points.len() >= self.max_rows {
-            self.tracks.merge_neighbours();
+            self.tracks.merge_neighbours(self.revolutions);
         }
         Ok(())
     }
@@ -250,8 +253,8 @@ impl TrackWindow {
 }
 
 impl DemodulatedOrders {
-    /// Neighbours become one.
-    fn merge_neighbours(&mut self) {
+    /// Averages adjacent points, whose windows of `window` revolutions overlap by half.
+    fn merge_neighbours(&mut self, window: f64) {
         let mean = |pair: &[OrderPoint]| {
             let [a, b] = pair else {
                 return pair[0].clone();
@@ -267,7 +270,7 @@ impl DemodulatedOrders {
             }
         };
         self.points = self.points.chunks(2).map(mean).collect();
-        self.revolutions *= 2.0;
+        self.revolutions = 2.0 * self.revolutions - 0.5 * window;
     }
 }
 
