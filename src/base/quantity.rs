@@ -15,10 +15,7 @@ pub fn parse(text: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error
     if unit.is_empty() {
         return Err(missing_unit(value.text, kind, subject));
     }
-    match degrees_and_minutes(text, kind) {
-        Some(angle) => angle,
-        None => in_unit(value.value, unit, kind, subject),
-    }
+    in_notation(text, (value.value, unit), kind, subject)
 }
 
 /// As `parse`, but a bare number is in `default_unit`.
@@ -30,9 +27,19 @@ pub fn parse_or_bare(
 ) -> Result<f64, Error> {
     let (value, unit) = number(text, subject)?;
     let unit = if unit.is_empty() { default_unit } else { unit };
+    in_notation(text, (value.value, unit), kind, subject)
+}
+
+/// A quantity in degrees with minutes, else a number in a unit, in SI.
+fn in_notation(
+    text: &str,
+    (value, unit): (f64, &str),
+    kind: QuantityKind,
+    subject: &str,
+) -> Result<f64, Error> {
     match degrees_and_minutes(text, kind) {
         Some(angle) => angle,
-        None => in_unit(value.value, unit, kind, subject),
+        None => in_unit(value, unit, kind, subject),
     }
 }
 

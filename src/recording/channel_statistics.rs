@@ -79,17 +79,29 @@ pub fn channel_statistics(
     Ok(ChannelStatistics {
         range: (low, high),
         mean: moments.mean,
-        std: if empty {
-            0.0
-        } else {
-            (moments.square / moments.count).sqrt()
-        },
+        std: moments.standard_deviation(),
         constant,
         noise: noise_std(&mut fourths),
         clipped,
         overloads,
         empty,
     })
+}
+
+/// Root mean square of a channel about its mean, in one reading of its samples; 0 where none is a number.
+///
+/// # Errors
+/// The samples cannot be read.
+pub fn standard_deviation(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
+    let (mut moments, mut finite) = (Moments::default(), Vec::new());
+    recording.each_block(channel, |_, block, _| {
+        for part in block.chunks(PART) {
+            finite.clear();
+            finite.extend(part.iter().copied().filter(|x| x.is_finite()));
+            moments.add(&finite);
+        }
+    })?;
+    Ok(moments.standard_deviation())
 }
 
 /// Samples whose sums are taken together: they fit the fastest cache.
@@ -114,6 +126,13 @@ impl Moments {
         self.square += square + step * step * self.count * count / total;
         self.mean += step * count / total;
         self.count = total;
+    }
+
+    fn standard_deviation(&self) -> f64 {
+        match self.count {
+            0.0 => 0.0,
+            count => (self.square / count).sqrt(),
+        }
     }
 }
 

@@ -165,14 +165,18 @@ pub fn shift_pattern(
     let section = &pair.flanks[1].section;
     let [toe, heel] = [section.at(0.0, 0.5), section.at(1.0, 0.5)];
     let width = f64::hypot(heel[0] - toe[0], heel[1] - toe[1]);
+    let moved_by = |offset: f64, pinion_axial: f64| {
+        let change = Assembly {
+            offset,
+            pinion_axial,
+            ..Assembly::default()
+        };
+        let moved = assembly.changed(&change, 1.0);
+        FlankPair::new(pair.flanks.clone(), pair.teeth, hand, &moved)
+    };
     let mut near = *reference;
     let mut at = |[offset, axial, angle]: [f64; 3], keep: bool| -> Option<[f64; 3]> {
-        let moved = Assembly {
-            offset: assembly.offset + offset,
-            pinion_axial: assembly.pinion_axial + axial,
-            ..*assembly
-        };
-        let moved = FlankPair::new(pair.flanks.clone(), pair.teeth, hand, &moved);
+        let moved = moved_by(offset, axial);
         let change = angle - near.pinion_angle;
         let start = std::array::from_fn(|j| near.unknowns[j] + change * near.rates[j]);
         let found = moved.contact(angle, start)?;
@@ -205,19 +209,11 @@ pub fn shift_pattern(
         })?;
     }
     at(places, true)?;
-    let moved = FlankPair::new(
-        pair.flanks.clone(),
-        pair.teeth,
-        hand,
-        &Assembly {
-            offset: assembly.offset + places[0],
-            pinion_axial: assembly.pinion_axial + places[1],
-            ..*assembly
-        },
-    );
-    moved.is_on_teeth(&near).then_some(PatternShift {
+    let [offset, pinion_axial, _] = places;
+    let is_on_teeth = moved_by(offset, pinion_axial).is_on_teeth(&near);
+    is_on_teeth.then_some(PatternShift {
         face,
-        offset: places[0],
-        pinion_axial: places[1],
+        offset,
+        pinion_axial,
     })
 }

@@ -90,7 +90,7 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         states: contact.as_ref().and_then(|c| PatternStates::of(file, c)),
         mesh,
         studies,
-        quantities: quantities(file, &members),
+        quantities: quantities(file, &members, design),
         plan: plan(file),
         members,
         limits,

@@ -1,6 +1,5 @@
 //! Quantities of a bevel pair: blanks, slots, virtual gears, teeth, theory, axodes.
 
-use super::bevel_backlash;
 use super::bevel_member::MemberResult;
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
 use super::{axodes, hypoid_theory};
@@ -12,8 +11,12 @@ use crate::scene::bevel_file::{BevelFile, BevelMember};
 /// Share of the face width that carries, by which the overlap ratio is counted: ISO 10300-1:2023, 6.4.
 const EFFECTIVE_FACE: f64 = 0.85;
 
-/// The quantities that the file determines.
-pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<GearQuantity> {
+/// The quantities that the file determines, with the backlash of the design.
+pub(super) fn quantities(
+    file: &BevelFile,
+    members: &[MemberResult; 2],
+    backlash: Option<f64>,
+) -> Vec<GearQuantity> {
     use QuantityUnit::{Degree, Millimetre, One};
     let mut all = Quantities::default();
     let of =
@@ -126,7 +129,7 @@ pub(super) fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<G
         Millimetre,
         tooth(&thickness),
     );
-    if let Some(backlash) = bevel_backlash::of_design(members) {
+    if let Some(backlash) = backlash {
         all.pair("mean normal backlash", "j_mn", Millimetre, backlash);
     }
     all.each(

@@ -76,9 +76,7 @@ pub fn identify_modal(
     let level = sdof::summed_response(&values);
     let quantities = motion_candidates(responses, study);
     let (mut modes, rule, evidence) = match method {
-        IdentificationMethod::Circle => {
-            circle_fits(&lines, &values, level, quantities[0], study.order)
-        }
+        IdentificationMethod::Circle => circle_fits(&lines, &values, level, quantities[0]),
         _ => {
             let rule = SelectionRule::default();
             let (orders, chosen, sentence) = match sub_bands::sub_bands(&measured)
@@ -124,14 +122,10 @@ pub fn identify_modal(
     Ok(found)
 }
 
-/// Keeps the requested number of modes: those most orders agree about.
+/// Keeps the requested number of modes: those most orders agree about, of modes without orders the first ones; by rising frequency.
 fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
-    let Some(order) = order else { return };
-    modes.sort_by(|a, b| {
-        let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
-        of(b).total_cmp(&of(a))
-    });
-    modes.truncate(order);
+    sort_falling(modes, |m| m.presence.unwrap_or(0.0));
+    modes.truncate(order.unwrap_or(usize::MAX));
     sort_rising(modes, |a| a.frequency_hz());
 }
 
@@ -178,13 +172,12 @@ fn poles_by_order(
     }
 }
 
-/// One mode for each peak by a circle fit, compared with the half-power method; of more than `most_modes` those of the highest peaks.
+/// One mode for each peak by a circle fit, compared with the half-power method; those of the highest peaks first.
 fn circle_fits(
     lines: &[f64],
     values: &[Vec<Complex>],
     level: Vec<f64>,
     quantity: MotionQuantity,
-    most_modes: Option<usize>,
 ) -> (Vec<IdentifiedMode>, String, Evidence) {
     let (mut modes, mut picked) = (Vec::new(), Vec::new());
     let ends = (lines[0], lines[lines.len() - 1]);
@@ -239,9 +232,7 @@ fn circle_fits(
         below: Vec::new(),
     };
     sort_falling(&mut modes, |(level, _)| *level);
-    modes.truncate(most_modes.unwrap_or(usize::MAX));
-    let mut modes: Vec<IdentifiedMode> = modes.into_iter().map(|(_, mode)| mode).collect();
-    sort_rising(&mut modes, |a| a.frequency_hz());
+    let modes = modes.into_iter().map(|(_, mode)| mode).collect();
     (modes, rule, Evidence::Peaks(peaks))
 }
 

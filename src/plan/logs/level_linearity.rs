@@ -9,7 +9,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::identify::level_dependence::{LevelGroup, averaged_terms, level_dependence};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
-use crate::recording::channel_statistics::channel_statistics;
+use crate::recording::channel_statistics::standard_deviation;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
@@ -76,7 +76,7 @@ pub fn check_record(
         .collect();
     let parts = parts(recording);
     let levels = (parts.iter())
-        .map(|part| channel_statistics(part, channels[0]).map(|of| of.std))
+        .map(|part| standard_deviation(part, channels[0]))
         .collect::<Result<Vec<f64>, _>>()?;
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
