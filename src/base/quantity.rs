@@ -7,9 +7,9 @@ use super::error::Error;
 use super::quantity_kind::{Dimension, QuantityKind};
 use super::unit_expression::UnitParser;
 
-/// A quantity in SI; frequencies and speeds in rad/s, angles in rad.
+/// Parses a quantity with unit to SI; frequencies and speeds in rad/s, angles in rad.
 ///
-/// `subject` is the key or the flag it belongs to, as messages name it: "`k`", "`--speed`".
+/// `subject` is the key or the flag of the quantity, as messages name it: "`k`", "`--speed`".
 pub fn parse(text: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error> {
     let (value, unit) = number(text, subject)?;
     if unit.is_empty() {
@@ -18,7 +18,7 @@ pub fn parse(text: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error
     in_notation(text, (value.value, unit), kind, subject)
 }
 
-/// As `parse`, but a bare number is in `default_unit`.
+/// Parses a quantity to SI; a number without unit is in `default_unit`.
 pub fn parse_or_bare(
     text: &str,
     kind: QuantityKind,
@@ -30,7 +30,7 @@ pub fn parse_or_bare(
     in_notation(text, (value.value, unit), kind, subject)
 }
 
-/// A quantity in degrees with minutes, else a number in a unit, in SI.
+/// Converts a quantity to SI: degrees with minutes, else a number with unit.
 fn in_notation(
     text: &str,
     (value, unit): (f64, &str),
@@ -43,36 +43,36 @@ fn in_notation(
     }
 }
 
-/// An angle in degrees with minutes and seconds, `18°02′44″`, as sheets of settings give it, rad; none of another form.
+/// Parses an angle in degrees, minutes and seconds, `18°02′44″` as in machine-settings sheets, to rad; `None` for another form.
 fn degrees_and_minutes(text: &str, kind: QuantityKind) -> Option<Result<f64, Error>> {
-    let (degrees, rest) = text.trim().split_once('°')?;
-    let has_more = rest
+    let (degrees, remainder) = text.trim().split_once('°')?;
+    let has_minutes = remainder
         .trim()
         .starts_with(|c: char| c.is_ascii_digit() || c == '-');
-    if kind != QuantityKind::Angle || !has_more {
+    if kind != QuantityKind::Angle || !has_minutes {
         return None;
     }
-    let angle = || {
+    let parsed = || {
         let (sign, degrees) = match degrees.strip_prefix(['-', '−']) {
             Some(size) => (-1.0, size),
             None => (1.0, degrees),
         };
-        let part = |text: &str| {
+        let sixtieths = |text: &str| {
             let text = text.trim();
             let is_number = text.starts_with(|c: char| c.is_ascii_digit());
             let value = text.parse::<f64>().ok().filter(|_| is_number);
             value.filter(|value| (0.0..60.0).contains(value))
         };
-        let (minutes, rest) = rest.split_once(['′', '\''])?;
-        let seconds = match rest.trim().strip_suffix(['″', '"']) {
+        let (minutes, remainder) = remainder.split_once(['′', '\''])?;
+        let seconds = match remainder.trim().strip_suffix(['″', '"']) {
             Some(_) if minutes.contains('.') => return None,
-            Some(seconds) => part(seconds)?,
-            None => rest.trim().is_empty().then_some(0.0)?,
+            Some(seconds) => sixtieths(seconds)?,
+            None => remainder.trim().is_empty().then_some(0.0)?,
         };
-        let whole = f64::from(degrees.trim().parse::<u32>().ok()?);
-        Some(sign * (whole + (part(minutes)? + seconds / 60.0) / 60.0).to_radians())
+        let n_degrees = f64::from(degrees.trim().parse::<u32>().ok()?);
+        Some(sign * (n_degrees + (sixtieths(minutes)? + seconds / 60.0) / 60.0).to_radians())
     };
-    Some(angle().ok_or_else(|| {
+    Some(parsed().ok_or_else(|| {
         let message = format!(
             "\"{}\" is not an angle in degrees, minutes and seconds",
             truncate(text)
@@ -82,42 +82,42 @@ fn degrees_and_minutes(text: &str, kind: QuantityKind) -> Option<Result<f64, Err
     }))
 }
 
-/// Reads `A:B` with 0 ≤ A < B, in SI; bare numbers as on the command line. `what` it is as text, and an example.
+/// Parses a range `A:B` with 0 ≤ A < B to SI; units default as on the command line. `name` and `example` describe the range in messages.
 ///
 /// # Errors
-/// What is no rising range of the kind.
+/// `OutOfRange` for a text that is not such a range.
 pub fn parse_range(
     text: &str,
     kind: QuantityKind,
-    (what, example): (&str, &str),
+    (name, example): (&str, &str),
     subject: &str,
 ) -> Result<(f64, f64), Error> {
-    let form = || {
-        let message = format!("\"{}\" is not {what}", truncate(text));
+    let invalid = || {
+        let message = format!("\"{}\" is not {name}", truncate(text));
         let hint = format!("{subject} takes first:last, such as {example}");
         Error::new(Code::OutOfRange, message).with_hint(hint)
     };
-    let (from, to) = text.split_once(':').ok_or_else(form)?;
+    let (low, high) = text.split_once(':').ok_or_else(invalid)?;
     let value = |text: &str| parse_or_bare(text, kind, kind.bare_unit(), subject);
-    let (from, to) = (value(from)?, value(to)?);
-    match from >= 0.0 && from < to && to.is_finite() {
-        true => Ok((from, to)),
-        false => Err(form()),
+    let (low, high) = (value(low)?, value(high)?);
+    match low >= 0.0 && low < high && high.is_finite() {
+        true => Ok((low, high)),
+        false => Err(invalid()),
     }
 }
 
-/// A frequency in Hz, to the fifteen digits that 2π there and back leaves: 700, not 699.999 999 999 999 9.
+/// Converts rad/s to Hz, rounded to fifteen digits: 700, not 699.999 999 999 999 9.
 pub fn to_hertz(omega: f64) -> f64 {
     let hertz = omega / TAU;
     format!("{hertz:.14e}").parse().unwrap_or(hertz)
 }
 
-/// Factor to SI and dimension of a unit without a number; `None` where some part of it is not known.
+/// Factor to SI and dimension of a unit expression; `None` for an unknown unit.
 pub fn parse_unit(unit: &str) -> Option<(f64, Dimension)> {
     UnitParser::parse(unit).ok()
 }
 
-/// A time in the unit people would say it in, three digits: `2.35 ms`.
+/// Formats a time with three digits in s, ms, µs or ns: `2.35 ms`.
 pub fn format_time(time_s: f64) -> String {
     let (factor, unit) = match time_s.abs() {
         t if t >= 1e6 => return format!("{time_s:.1e} s"),
@@ -131,12 +131,12 @@ pub fn format_time(time_s: f64) -> String {
     format!("{scaled:.digits$} {unit}")
 }
 
-/// An instant at which something happened, in seconds to six digits: enough to find it in a history.
+/// Formats an instant in s with six digits.
 pub fn format_instant(time_s: f64) -> String {
     format!("{} s", format_number(time_s))
 }
 
-/// A number to six digits, by a power of ten where it is very small or large: `66.9221`, `1e300`.
+/// Formats a number with six digits, in scientific notation if very small or large: `66.9221`, `1e300`.
 pub fn format_number(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     match rounded.abs() {
@@ -145,28 +145,28 @@ pub fn format_number(x: f64) -> String {
     }
 }
 
-/// Duration in its customary unit.
+/// Formats a duration in its customary unit, from ns to years.
 pub fn format_duration(time_s: f64) -> String {
     const MINUTE: f64 = 60.0;
     const HOUR: f64 = 60.0 * MINUTE;
     const DAY: f64 = 24.0 * HOUR;
     const YEAR: f64 = 365.25 * DAY;
-    let about = |size: f64, unit: &str| match size {
+    let rounded = |size: f64, unit: &str| match size {
         size if size < 10.0 => format!("{size:.1} {unit}"),
         size => format!("{size:.0} {unit}"),
     };
     match time_s {
         t if t < 2.0 * MINUTE => format_time(t),
-        t if t < 2.0 * HOUR => about(t / MINUTE, "min"),
-        t if t < 2.0 * DAY => about(t / HOUR, "h"),
-        t if t < 2.0 * YEAR => about(t / DAY, "days"),
-        t if t < 1e5 * YEAR => about(t / YEAR, "years"),
+        t if t < 2.0 * HOUR => rounded(t / MINUTE, "min"),
+        t if t < 2.0 * DAY => rounded(t / HOUR, "h"),
+        t if t < 2.0 * YEAR => rounded(t / DAY, "days"),
+        t if t < 1e5 * YEAR => rounded(t / YEAR, "years"),
         t if t.is_finite() => format!("{:.0e} years", t / YEAR),
         _ => "for ever".to_string(),
     }
 }
 
-/// A time that allows for what is estimated to take so long, as a flag takes it: whole hours, a tenth more.
+/// Time limit for an estimated run time, as the value of a flag: 10 % more, rounded up to hours.
 pub fn suggested_time_limit(time_s: f64) -> String {
     const HOUR: f64 = 3600.0;
     match (1.1 * time_s / HOUR).ceil() {
@@ -175,7 +175,7 @@ pub fn suggested_time_limit(time_s: f64) -> String {
     }
 }
 
-/// One unit per another.
+/// Quotient of two units.
 pub fn quotient_unit(output: &str, input: &str) -> String {
     match (output == input, input.contains(['·', '/'])) {
         (true, _) => "1".to_string(),
@@ -184,7 +184,7 @@ pub fn quotient_unit(output: &str, input: &str) -> String {
     }
 }
 
-/// A bare number in the SI unit of `kind`.
+/// Converts a number in the SI unit of `kind`; frequencies from Hz to rad/s.
 pub fn value_in_si(value: f64, kind: QuantityKind) -> f64 {
     match kind {
         QuantityKind::Frequency => TAU * value,
@@ -192,7 +192,7 @@ pub fn value_in_si(value: f64, kind: QuantityKind) -> f64 {
     }
 }
 
-/// The error of a number where a unit is meant.
+/// Error for a quantity without unit.
 pub fn missing_unit(number: &str, kind: QuantityKind, subject: &str) -> Error {
     let unit = kind.bare_unit();
     Error::new(Code::MissingUnit, format!("{subject} has no unit")).with_hint(format!(
@@ -201,18 +201,18 @@ pub fn missing_unit(number: &str, kind: QuantityKind, subject: &str) -> Error {
     ))
 }
 
-/// The longest text taken for a quantity, in bytes.
+/// Maximum length of the text of a quantity, bytes.
 const MAX_LEN: usize = 200;
 
-/// The first characters of a text, for messages.
+/// Truncates a text for messages.
 pub fn truncate(text: &str) -> String {
     truncate_to(text, 40)
 }
 
-/// The first `shown` characters of a text.
-pub fn truncate_to(text: &str, shown: usize) -> String {
-    match text.char_indices().nth(shown) {
-        Some((at, _)) => format!("{}…", &text[..at]),
+/// Truncates a text to `length` characters.
+pub fn truncate_to(text: &str, length: usize) -> String {
+    match text.char_indices().nth(length) {
+        Some((end, _)) => format!("{}…", &text[..end]),
         None => text.to_string(),
     }
 }
@@ -222,7 +222,7 @@ struct NumberText<'a> {
     text: &'a str,
 }
 
-/// The number a text starts with, and the unit after it.
+/// Splits a text into its number and its unit.
 fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str), Error> {
     let text = text.trim();
     let refuse = |why: &str, hint: &str| {
@@ -235,12 +235,12 @@ fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str),
     if text.len() > MAX_LEN {
         return refuse("is too long for a quantity", FORM);
     }
-    let word: String = text
+    let letters: String = text
         .trim_start_matches(['+', '-'])
         .chars()
         .take_while(|c| c.is_alphabetic())
         .collect();
-    if ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()) {
+    if ["nan", "inf", "infinity"].contains(&letters.to_lowercase().as_str()) {
         return refuse("is not a finite number", "finite numbers only");
     }
     let length = number_length(text);
@@ -249,8 +249,8 @@ fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str),
         .filter(|c| !is_gap(*c))
         .map(|c| if c == '−' { '-' } else { c })
         .collect();
-    let rest = text[length..].trim();
-    if rest.starts_with(',') {
+    let unit = text[length..].trim();
+    if unit.starts_with(',') {
         return refuse("has a decimal comma", "a decimal point: write 0.5, not 0,5");
     }
     match digits.parse::<f64>() {
@@ -259,7 +259,7 @@ fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str),
                 value,
                 text: &text[..length],
             },
-            rest,
+            unit,
         )),
         Ok(_) => refuse(
             "is beyond the largest number there is, 1.8e308",
@@ -269,44 +269,44 @@ fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str),
     }
 }
 
-/// A space that may group digits by three.
+/// True for a space that may group digits by three.
 fn is_gap(c: char) -> bool {
     matches!(c, ' ' | '\u{a0}' | '\u{2009}' | '\u{202f}')
 }
 
-/// Bytes of the sign, digits, point and exponent at the start of a text.
+/// Length of the number at the start of a text, bytes: sign, digits, point and exponent.
 fn number_length(text: &str) -> usize {
-    let mut at = ['+', '-', '−']
+    let mut length = ['+', '-', '−']
         .iter()
         .find(|sign| text.starts_with(**sign))
         .map_or(0, |sign| sign.len_utf8());
-    at += digits_length(&text[at..], true);
-    if text[at..].starts_with('.') {
-        at += 1;
-        at += digits_length(&text[at..], false);
+    length += digits_length(&text[length..], true);
+    if text[length..].starts_with('.') {
+        length += 1;
+        length += digits_length(&text[length..], false);
     }
-    let Some(exponent) = text[at..].strip_prefix(['e', 'E']) else {
-        return at;
+    let Some(exponent) = text[length..].strip_prefix(['e', 'E']) else {
+        return length;
     };
     let sign = usize::from(exponent.starts_with(['+', '-']));
     match digits_length(&exponent[sign..], false) {
-        0 => at,
-        digits => at + 1 + sign + digits,
+        0 => length,
+        digits => length + 1 + sign + digits,
     }
 }
 
-/// Bytes of the digits at the start of a text, with gaps before groups of three if `grouped`.
+/// Length of the digits at the start of a text, bytes, with spaces before groups of three if `grouped`.
 fn digits_length(text: &str, grouped: bool) -> usize {
     let run = |s: &str| s.bytes().take_while(u8::is_ascii_digit).count();
-    let mut at = run(text);
-    while grouped && at > 0 {
-        let mut after = text[at..].chars();
-        match after.next() {
-            Some(gap) if is_gap(gap) && run(after.as_str()) == 3 => at += gap.len_utf8() + 3,
+    let mut length = run(text);
+    while grouped && length > 0 {
+        let mut rest = text[length..].chars();
+        match rest.next() {
+            Some(gap) if is_gap(gap) && run(rest.as_str()) == 3 => length += gap.len_utf8() + 3,
             _ => break,
         }
     }
-    at
+    length
 }
 
 fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<f64, Error> {
@@ -316,16 +316,16 @@ fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<
         _ => "",
     };
     let (factor, dimension) = UnitParser::parse(unit).map_err(|unknown| {
-        let meant =
+        let suggested =
             suggest_unit(&unknown, kind).map_or(String::new(), |u| format!("did you mean {u}? "));
         Error::new(
             Code::WrongUnit,
             format!("\"{}\" is not a unit known here", truncate(&unknown)),
         )
-        .with_hint(format!("{meant}{takes}{notation}"))
+        .with_hint(format!("{suggested}{takes}{notation}"))
     })?;
     if !kind.accepts(dimension) {
-        let measures = QuantityKind::from_dimension(dimension)
+        let actual = QuantityKind::from_dimension(dimension)
             .or_else(|| {
                 QuantityKind::ALL
                     .iter()
@@ -334,16 +334,16 @@ fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<
             })
             .map_or_else(
                 || format!("does not measure {}", article(kind.name())),
-                |other| format!("measures {}", article(other.name())),
+                |measured| format!("measures {}", article(measured.name())),
             );
-        let turns = matches!(kind, QuantityKind::Speed | QuantityKind::Frequency)
+        let is_rotation = matches!(kind, QuantityKind::Speed | QuantityKind::Frequency)
             && dimension == QuantityKind::PerSecond.dimension();
-        let hint = if turns {
+        let hint = if is_rotation {
             format!("{takes}; turns a minute are rpm, turns a second are Hz")
         } else {
             takes
         };
-        return Err(Error::new(Code::WrongUnit, format!("{unit} {measures}")).with_hint(hint));
+        return Err(Error::new(Code::WrongUnit, format!("{unit} {actual}")).with_hint(hint));
     }
     let si = value * factor;
     if !si.is_finite() || (si == 0.0 && value != 0.0) {
@@ -374,13 +374,13 @@ fn article(noun: &str) -> String {
 /// Suggested unit of `kind` for a misspelt word.
 fn suggest_unit(word: &str, kind: QuantityKind) -> Option<String> {
     let folded = word.to_lowercase();
-    let near = |known: &str| known.to_lowercase() == folded;
+    let matches = |known: &str| known.to_lowercase() == folded;
     let known: Vec<&str> = kind.units().split(", ").collect();
     known
         .iter()
         .copied()
         .chain(["rpm", "Hz", "kg", "mm", "N", "kN", "MPa", "deg", "rad"])
-        .find(|name| near(name))
+        .find(|name| matches(name))
         .or_else(|| {
             known
                 .iter()
@@ -401,11 +401,11 @@ mod tests {
     }
 
     fn close(text: &str, kind: QuantityKind, expected: f64) {
-        let got = si(text, kind);
-        let error = (got - expected).abs();
+        let value = si(text, kind);
+        let error = (value - expected).abs();
         assert!(
             error <= 4.0 * f64::EPSILON * expected.abs(),
-            "{text}: {got}"
+            "{text}: {value}"
         );
     }
 

@@ -1,4 +1,4 @@
-//! Reads one TOML table key by key; errors are collected with their spans and reading continues.
+//! Reader of a TOML table, key by key; it collects errors with their spans and continues.
 
 use super::code::Code;
 use super::error::Error;
@@ -9,27 +9,27 @@ use super::source_span::SourceSpan;
 use super::text::{KEY_SYNONYMS, quoted_list, suggestion};
 use super::toml::{Entry, Item, Table, Value};
 
-/// A value that a key names by a word.
+/// Enumerated value of a key, named by a word.
 pub trait Word: Copy + 'static {
-    /// Every word, its value and a help text.
+    /// Words with their values and help texts.
     const WORDS: &'static [(&'static str, Self, &'static str)];
 }
 
-/// One table being read. Ask for every key it may have, then call `finish`.
+/// Reader of one table. Read every permitted key, then call `finish`.
 pub struct TableReader<'a, 'n> {
-    /// The table as written.
+    /// Table as written.
     pub table: &'a Table,
     /// Start of the table.
     pub span: SourceSpan,
     /// Title of the table in messages: `[[gear_pair]] "first_pair"`.
     pub title: String,
     known_keys: Vec<(String, String)>,
-    /// Former names of keys, each before the one it has now.
+    /// Renamed keys: former name, current name.
     renamed: Vec<(&'static str, &'static str)>,
-    /// Keys of the file that a flag takes the place of.
+    /// Keys of the file that a flag replaces.
     replaced: Vec<String>,
-    /// Any key is known.
-    open: bool,
+    /// True if any key is permitted.
+    allow_any_key: bool,
     /// Collected errors.
     pub errors: &'n mut ErrorCollector,
 }
@@ -53,40 +53,40 @@ impl<'a, 'n> TableReader<'a, 'n> {
             known_keys: Vec::new(),
             renamed: Vec::new(),
             replaced: Vec::new(),
-            open: false,
+            allow_any_key: false,
             errors,
         }
     }
 
-    /// The entry of `key`, under its former name where it has one.
+    /// Entry of `key`, by its current or former name.
     fn entry(&self, key: &str) -> Option<&'a Entry> {
-        let former = self.renamed.iter().find(|(_, now)| *now == key);
+        let former = self.renamed.iter().find(|(_, current)| *current == key);
         let names = [Some(key), former.map(|(former, _)| *former)];
-        let kept = |name: &&str| !self.replaced.iter().any(|replaced| replaced == name);
-        let mut names = names.into_iter().flatten().filter(kept);
+        let is_effective = |name: &&str| !self.replaced.iter().any(|replaced| replaced == name);
+        let mut names = names.into_iter().flatten().filter(is_effective);
         names.find_map(|name| self.table.get(name))
     }
 
-    /// The key is written, rightly or wrongly.
+    /// True if the key is present, valid or not.
     pub fn has(&self, key: &str) -> bool {
         self.entry(key).is_some()
     }
 
-    /// The key is given on the command line.
+    /// True if the key is given on the command line.
     pub fn has_flag(&self, key: &str) -> bool {
         (self.entry(key)).is_some_and(|entry| self.errors.is_flag(&entry.key_place))
     }
 
-    /// Takes `former` for `key`, which was its name.
+    /// Accepts the former name `former` of `key`.
     pub fn accept_former(&mut self, former: &'static str, key: &'static str) {
         self.exclusive(former, key);
         self.renamed.push((former, key));
     }
 
-    /// Leaves out `keys` of the file, where the command line gives `flag`.
+    /// Ignores `keys` of the file if the command line gives `flag`.
     pub fn replace(&mut self, flag: &str, keys: &[&str]) {
-        let replaces = self.has_flag(flag);
-        let of_file = |key: &&&str| replaces && !self.has_flag(key);
+        let is_given = self.has_flag(flag);
+        let of_file = |key: &&&str| is_given && !self.has_flag(key);
         let replaced: Vec<String> = keys
             .iter()
             .filter(of_file)
@@ -95,18 +95,18 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.replaced.extend(replaced);
     }
 
-    /// Place of the value of `key`; the table's place where it is absent.
+    /// Span of the value of `key`, or of the table if it is absent.
     pub fn span_of(&self, key: &str) -> &SourceSpan {
         self.entry(key).map_or(&self.span, |entry| &entry.item.span)
     }
 
-    /// The value of `key`, whatever it is; `takes` says what it should be.
+    /// Value of `key` of any type; `takes` describes the expected value.
     pub fn item(&mut self, key: &str, takes: impl Into<String>) -> Option<&'a Item> {
         self.known_keys.push((key.to_string(), takes.into()));
         self.entry(key).map(|entry| &entry.item)
     }
 
-    /// The text of a flag; numbers are texts there.
+    /// Text of a flag; numbers of flags are texts.
     fn flag_text(&self, item: &'a Item) -> Option<&'a str> {
         match &item.value {
             Value::String(text) if self.errors.is_flag(&item.span) => Some(text),
@@ -114,7 +114,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// Notes an error of this table at `span`.
+    /// Adds an error of this table at `span`.
     pub fn push(&mut self, error: Error, span: &SourceSpan) {
         let error = error.with_span(span);
         let error = match self.errors.is_flag(span) {
@@ -124,7 +124,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.errors.push(error);
     }
 
-    /// Notes that something is wrong at `span`, in this table.
+    /// Reports an error at `span` of this table.
     pub fn report(
         &mut self,
         code: Code,
@@ -140,42 +140,42 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.push(error, span);
     }
 
-    /// Notes that something is wrong with the value of `key`.
+    /// Reports an error of the value of `key`.
     pub fn report_key(&mut self, code: Code, key: &str, message: impl Into<String>, hint: &str) {
         let span = self.span_of(key).clone();
         self.report(code, message, &span, hint);
     }
 
-    /// Notes that `key` is missing.
+    /// Reports a missing `key`.
     pub fn report_missing(&mut self, key: &str, why: &str) {
         let takes = self
             .known_keys
             .iter()
-            .find(|(asked, _)| asked == key)
+            .find(|(known, _)| known == key)
             .map_or(String::new(), |(_, takes)| format!("`{key}` takes {takes}"));
         let span = self.span.clone();
         let message = format!("{} has no `{key}`{why}", self.title);
         self.report(Code::MissingKey, message, &span, &takes);
     }
 
-    /// Notes that only one of two keys may be given, if both are; true if so. A flag takes the place of a key of the file.
-    pub fn exclusive(&mut self, one: &str, other: &str) -> bool {
-        self.replace(one, &[other]);
-        self.replace(other, &[one]);
-        let both = self.has(one) && self.has(other);
+    /// Reports two mutually exclusive keys; true if both are given. A flag replaces a key of the file.
+    pub fn exclusive(&mut self, first: &str, second: &str) -> bool {
+        self.replace(first, &[second]);
+        self.replace(second, &[first]);
+        let both = self.has(first) && self.has(second);
         if both {
-            let hint = format!("leave one of `{one}` and `{other}` out");
+            let hint = format!("leave one of `{first}` and `{second}` out");
             self.report_key(
                 Code::Conflict,
-                other,
-                format!("`{other}` and `{one}` exclude each other"),
+                second,
+                format!("`{second}` and `{first}` exclude each other"),
                 &hint,
             );
         }
         both
     }
 
-    /// Notes that `key` needs `other`, where only the first is given.
+    /// Reports a `key` without the required `other`.
     pub fn requires(&mut self, key: &str, other: &str) {
         if self.has(key) && !self.has(other) {
             let hint = format!("give `{other}` too, or leave `{key}` out");
@@ -188,7 +188,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// Text.
+    /// Optional text.
     pub fn optional_text(&mut self, key: &str) -> Option<&'a str> {
         let item = self.item(key, "text in quotes")?;
         match &item.value {
@@ -197,7 +197,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// A text that has a form of its own, which `parse` reads; the second argument is the key as messages name it.
+    /// Optional text parsed by `parse`; its second argument is the key as messages name it.
     pub fn parsed<T>(
         &mut self,
         key: &str,
@@ -213,22 +213,22 @@ impl<'a, 'n> TableReader<'a, 'n> {
         None
     }
 
-    /// A list of texts, or one of them; empty where the key is absent.
+    /// List of texts, or a single text; empty if the key is absent.
     pub fn texts(&mut self, key: &str) -> Vec<String> {
         const TAKES: &str = "a list of texts";
-        let mut all = Vec::new();
+        let mut texts = Vec::new();
         for item in self.items(key, TAKES) {
             match &item.value {
-                Value::String(text) => all.push(text.clone()),
+                Value::String(text) => texts.push(text.clone()),
                 _ => {
                     self.wrong_type::<()>(key, item, TAKES);
                 }
             }
         }
-        all
+        texts
     }
 
-    /// A list of bare numbers, or one of them; empty where the key is absent.
+    /// List of numbers without units, or a single number; empty if the key is absent.
     pub fn numbers(&mut self, key: &str, range: ValueRange) -> Vec<f64> {
         let items = self.items(key, "a list of numbers without units").iter();
         items
@@ -236,7 +236,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
             .collect()
     }
 
-    /// The items of a list, or a single item.
+    /// Items of a list, or a single item.
     fn items(&mut self, key: &str, takes: &str) -> &'a [Item] {
         match self.item(key, takes) {
             None => &[],
@@ -247,7 +247,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// A quantity that may be left out.
+    /// Optional quantity, SI.
     pub fn optional_quantity(
         &mut self,
         key: &str,
@@ -268,14 +268,14 @@ impl<'a, 'n> TableReader<'a, 'n> {
         Some(value)
     }
 
-    /// A quantity; NaN where it is missing or wrong, which is then noted.
+    /// Required quantity, SI; NaN with a reported error if it is missing or invalid.
     pub fn quantity(&mut self, key: &str, kind: QuantityKind, range: ValueRange) -> f64 {
         let value = self.optional_quantity(key, kind, range);
         self.require(key);
         value.unwrap_or(f64::NAN)
     }
 
-    /// A list of quantities, of `count` if that is given.
+    /// Optional list of quantities, SI, of length `count` if given.
     pub fn optional_quantities(
         &mut self,
         key: &str,
@@ -296,7 +296,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         (values.len() == list.len()).then_some(values)
     }
 
-    /// Reads one quantity for both values, or a list of two.
+    /// Optional pair of quantities, SI: a list of two, or one quantity for both.
     pub fn optional_pair(
         &mut self,
         key: &str,
@@ -304,14 +304,14 @@ impl<'a, 'n> TableReader<'a, 'n> {
         range: ValueRange,
     ) -> Option<[f64; 2]> {
         if let Some(Value::List(_)) = self.entry(key).map(|entry| &entry.item.value) {
-            let two = self.optional_quantities(key, kind, range, Some(2))?;
-            return two.try_into().ok();
+            let pair = self.optional_quantities(key, kind, range, Some(2))?;
+            return pair.try_into().ok();
         }
-        let one = self.optional_quantity(key, kind, range)?;
-        Some([one, one])
+        let value = self.optional_quantity(key, kind, range)?;
+        Some([value, value])
     }
 
-    /// Whether the key holds text that is a quantity of a kind.
+    /// True if the value of the key is a quantity of `kind`.
     pub fn holds(&self, key: &str, kind: QuantityKind) -> bool {
         match self.entry(key).map(|entry| &entry.item.value) {
             Some(Value::String(text)) => quantity::parse(text, kind, key).is_ok(),
@@ -319,19 +319,19 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// A bare number that may be left out.
+    /// Optional number without unit.
     pub fn optional_number(&mut self, key: &str, range: ValueRange) -> Option<f64> {
         let item = self.item(key, "a number without unit")?;
         self.number_of(key, item, range)
     }
 
-    /// A whole number in `low..=high` that may be left out.
+    /// Optional integer in `low..=high`.
     pub fn optional_count(&mut self, key: &str, low: u32, high: u32) -> Option<u32> {
         let item = self.item(key, format!("a whole number from {low} to {high}"))?;
         self.read_count(key, item, low, high)
     }
 
-    /// A list of `N` whole numbers in `low..=high` that may be left out.
+    /// Optional list of `N` integers in `low..=high`.
     pub fn optional_counts<const N: usize>(
         &mut self,
         key: &str,
@@ -353,7 +353,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.optional_flag(key).unwrap_or(false)
     }
 
-    /// `true` or `false`, where the key is there.
+    /// Optional `true` or `false`.
     pub fn optional_flag(&mut self, key: &str) -> Option<bool> {
         let item = self.item(key, "true or false")?;
         match &item.value {
@@ -364,7 +364,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// One of a few words.
+    /// Optional word of `choices`.
     pub fn choice<T: Copy>(&mut self, key: &str, choices: &[(&str, T)]) -> Option<T> {
         let words: Vec<String> = choices
             .iter()
@@ -375,45 +375,45 @@ impl<'a, 'n> TableReader<'a, 'n> {
         let Value::String(text) = &item.value else {
             return self.wrong_type(key, item, &takes);
         };
-        let found = choices.iter().find(|(word, _)| word == text);
-        if found.is_none() {
+        let choice = choices.iter().find(|(word, _)| word == text);
+        if choice.is_none() {
             let message = format!("`{key}` cannot be \"{}\"", quantity::truncate(text));
             let known = choices.iter().map(|(word, _)| *word);
             let meant = suggestion(text, known)
                 .map_or(String::new(), |word| format!("did you mean \"{word}\"? "));
             let hint = format!("{meant}it takes {takes}");
             self.report(Code::OutOfRange, message, &item.span, &hint);
-            // Kind and type say which other keys there are.
-            self.open |= matches!(key, "kind" | "type");
+            // Kind and type determine the other keys.
+            self.allow_any_key |= matches!(key, "kind" | "type");
         }
-        found.map(|(_, value)| *value)
+        choice.map(|(_, value)| *value)
     }
 
-    /// One of the words of a type.
+    /// Optional word of an enumeration.
     pub fn word<T: Word>(&mut self, key: &str) -> Option<T> {
         let choices: Vec<(&str, T)> = T::WORDS.iter().map(|w| (w.0, w.1)).collect();
         self.choice(key, &choices)
     }
 
-    /// Notes `key` as missing where it is absent.
+    /// Reports `key` if it is missing.
     pub fn require(&mut self, key: &str) {
         if !self.has(key) {
             self.report_missing(key, "");
         }
     }
 
-    /// A key starts with `start`.
+    /// True if any key starts with `start`.
     pub fn has_prefix(&self, start: &str) -> bool {
         self.table.entries.iter().any(|e| e.key.starts_with(start))
     }
 
-    /// Every entry as a quantity, for tables whose keys are names.
+    /// Quantities of all entries, SI, for tables whose keys are names.
     pub fn all_quantities(
         &mut self,
         kind: QuantityKind,
         range: ValueRange,
     ) -> Vec<(&'a Entry, f64)> {
-        self.open = true;
+        self.allow_any_key = true;
         let entries = self.table.entries.iter();
         entries
             .filter_map(|entry| {
@@ -423,14 +423,14 @@ impl<'a, 'n> TableReader<'a, 'n> {
             .collect()
     }
 
-    /// Reports every key that was not read.
+    /// Reports every unknown key.
     pub fn finish(mut self) {
         for entry in &self.table.entries {
-            if self.open || self.errors.is_full() {
+            if self.allow_any_key || self.errors.is_full() {
                 return;
             }
-            let former = |asked: &str| self.renamed.contains(&(entry.key.as_str(), asked));
-            let is_known = |(asked, _): &(String, String)| *asked == entry.key || former(asked);
+            let former = |known: &str| self.renamed.contains(&(entry.key.as_str(), known));
+            let is_known = |(known, _): &(String, String)| *known == entry.key || former(known);
             if !self.known_keys.iter().any(is_known) {
                 self.unknown(entry);
             }
@@ -439,7 +439,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     fn unknown(&mut self, entry: &Entry) {
         let takes = |f: &Self| {
-            let known = f.known_keys.iter().map(|(asked, _)| asked.as_str());
+            let known = f.known_keys.iter().map(|(name, _)| name.as_str());
             match f.known_keys.is_empty() {
                 true => "leave it out".to_string(),
                 false => format!("{} takes {}", f.title, quoted_list(known)),
@@ -454,19 +454,19 @@ impl<'a, 'n> TableReader<'a, 'n> {
             }
             return;
         }
-        let asked = |key: &str| self.known_keys.iter().any(|(asked, _)| asked == key);
-        let synonyms = KEY_SYNONYMS.iter().filter(|(_, key)| asked(key));
-        let known = self.known_keys.iter().map(|(asked, _)| asked.as_str());
+        let is_known = |key: &str| self.known_keys.iter().any(|(name, _)| name == key);
+        let synonyms = KEY_SYNONYMS.iter().filter(|(_, key)| is_known(key));
+        let known = self.known_keys.iter().map(|(name, _)| name.as_str());
         let words = known.chain(synonyms.map(|(word, _)| *word));
         let meant = suggestion(&entry.key, words).map(|word| {
             let synonym = KEY_SYNONYMS
                 .iter()
-                .find(|(w, key)| *w == word && asked(key));
+                .find(|(w, key)| *w == word && is_known(key));
             synonym.map_or(word, |(_, key)| *key)
         });
         let hint = match meant {
             Some(meant) => {
-                let takes = self.known_keys.iter().find(|(asked, _)| *asked == meant);
+                let takes = self.known_keys.iter().find(|(name, _)| *name == meant);
                 let takes = takes.map_or("", |(_, takes)| takes);
                 format!("did you mean `{meant}`? it takes {takes}")
             }
@@ -479,7 +479,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.report(Code::UnknownKey, message, &entry.key_place, &hint);
     }
 
-    /// The list in `item`, of `count` items if that is given.
+    /// List of `item`, of length `count` if given.
     fn read_list(
         &mut self,
         key: &str,
@@ -538,7 +538,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         }
     }
 
-    /// The bare number in `item`.
+    /// Number without unit of `item`.
     pub fn number_of(&mut self, key: &str, item: &'a Item, range: ValueRange) -> Option<f64> {
         let flag = self.flag_text(item).map(str::parse);
         let value = match (&item.value, flag) {
@@ -558,11 +558,11 @@ impl<'a, 'n> TableReader<'a, 'n> {
         range: ValueRange,
         takes: &str,
     ) -> Option<f64> {
-        let Some(why) = range.violation(value) else {
+        let Some(violation) = range.violation(value) else {
             return Some(value);
         };
         let written = quantity::truncate(item.span.text());
-        let message = format!("`{key}` {why}, and is {written}");
+        let message = format!("`{key}` {violation}, and is {written}");
         let hint = format!("`{key}` takes {takes}");
         self.report(Code::OutOfRange, message, &item.span, &hint);
         None
@@ -570,7 +570,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     fn read_count(&mut self, key: &str, item: &'a Item, low: u32, high: u32) -> Option<u32> {
         let takes = format!("whole numbers from {low} to {high}");
-        // A flag may say 1e6.
+        // A flag may be 1e6.
         let flag = self.flag_text(item).map(str::parse::<f64>);
         let count = match (&item.value, flag) {
             (Value::Integer(n), _) => u32::try_from(*n).ok(),
@@ -589,7 +589,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         count
     }
 
-    /// Notes a value of the wrong type.
+    /// Reports a value of the wrong type.
     pub fn wrong_type<T>(&mut self, key: &str, item: &Item, takes: &str) -> Option<T> {
         let message = match self.errors.is_flag(&item.span) {
             true => format!("`{key}` cannot be {}", quantity::truncate(item.span.text())),

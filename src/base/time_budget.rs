@@ -1,4 +1,4 @@
-//! Cancellation token and time budget: when long work ends early, and the forecast of an overrun.
+//! Cancellation token, deadline and time budget of a computation, with the forecast of an overrun.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -6,45 +6,45 @@ use std::time::{Duration, Instant};
 
 use super::quantity::format_duration;
 
-/// A wish that work end early; copies share it, across threads as well. Whoever works looks at it between steps and ends with what is finished.
+/// Cancellation token; clones share the request, across threads too. A computation polls it between steps and returns what is finished.
 #[derive(Debug, Clone, Default)]
 pub struct CancelToken {
-    raised: Arc<AtomicBool>,
-    /// When patience runs out.
-    until: Option<Instant>,
-    /// Number of checks.
+    cancelled: Arc<AtomicBool>,
+    /// Deadline.
+    deadline: Option<Instant>,
+    /// Number of polls.
     n_checks: Arc<AtomicU32>,
-    /// Patience has been seen to be over.
-    is_over: Arc<AtomicBool>,
-    /// Time budget of the whole.
+    /// The deadline was found expired.
+    is_expired: Arc<AtomicBool>,
+    /// Time budget of the computation.
     budget: Option<TimeBudget>,
 }
 
-/// Time budget of the whole, and the progress at the last check.
+/// Time budget of a computation, with the progress at the last check.
 #[derive(Debug, Clone)]
 struct TimeBudget {
     seconds: f64,
-    since: Instant,
+    start: Instant,
     last: Arc<Mutex<ProgressSample>>,
 }
 
-/// Progress at a look.
+/// Progress at a check.
 #[derive(Debug, Clone, Copy, Default)]
 struct ProgressSample {
-    /// After so many seconds.
+    /// Elapsed time, s.
     seconds: f64,
-    /// So much of the whole was done.
+    /// Completed share of the work.
     share: f64,
-    /// Since the look before, so much in a second.
+    /// Rate of progress since the previous check, 1/s.
     rate: f64,
-    /// The fastest of the paces since the first look.
+    /// Highest rate of progress since the first check, 1/s.
     fastest: f64,
 }
 
-/// Forecast of work over its budget: cost so far and in total.
+/// Forecast of a budget overrun: elapsed, total and allowed time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetForecast {
-    /// So far, s.
+    /// Elapsed time, s.
     pub spent: f64,
     /// Forecast total at the recent rate, s; ∞ without progress.
     pub total: f64,
@@ -63,69 +63,69 @@ impl BudgetForecast {
     }
 }
 
-/// The first look comes after this share of what is allowed, a second of an hour; each later one after twice the time of the one
-/// before.
+/// Share of the allowed time before the first check, a second of an hour; each later check doubles the elapsed time of the
+/// previous one.
 const FIRST_CHECK: f64 = 3e-4;
 
-/// And not sooner than this, s: what a cold start costs.
+/// Earliest time of a check, s: the cost of a cold start.
 const MIN_CHECK_TIME: f64 = 0.02;
 
-/// After this share of what is allowed an estimate is believed as it is, and standing still is taken for what follows. Before it a
-/// start may be dear: after a share x the rest may go √(BELIEVED/x) times faster than the fastest pace seen, 13 times after two
-/// seconds of an hour.
+/// Share of the allowed time after which a forecast is accepted unchanged, zero progress included. Before it the start may be costly:
+/// at a share x the remaining work may go √(TRUSTED_SHARE/x) times faster than the highest rate measured, 13 times after two seconds
+/// of an hour.
 const TRUSTED_SHARE: f64 = 1.0 / 10.0;
 
-/// A pace that has changed by less than this factor since the last look is believed at once.
+/// Maximum ratio of the rates at two checks for which the forecast is accepted without delay.
 const STEADY_RATE_RATIO: f64 = 1.25;
 
-/// The clock is read once in so many questions: work of a microsecond does not feel it.
+/// Number of polls per clock reading, negligible for steps of a microsecond.
 const CLOCK_CHECK_INTERVAL: u32 = 8;
 
 impl CancelToken {
-    /// Requests cancellation; true where that was requested before.
+    /// Requests cancellation; true if it was requested before.
     pub fn cancel(&self) -> bool {
-        self.raised.swap(true, Ordering::Relaxed)
+        self.cancelled.swap(true, Ordering::Relaxed)
     }
 
     /// True once cancellation was requested.
     pub fn is_cancelled(&self) -> bool {
-        self.raised.load(Ordering::Relaxed)
+        self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// The work is to end, whatever the reason.
+    /// True once cancellation was requested or the deadline expired.
     pub fn should_stop(&self) -> bool {
         if self.is_cancelled() {
             return true;
         }
-        let Some(until) = self.until else {
+        let Some(deadline) = self.deadline else {
             return false;
         };
-        let asked = self.n_checks.fetch_add(1, Ordering::Relaxed);
-        if asked.is_multiple_of(CLOCK_CHECK_INTERVAL) && Instant::now() >= until {
-            self.is_over.store(true, Ordering::Relaxed);
+        let poll = self.n_checks.fetch_add(1, Ordering::Relaxed);
+        if poll.is_multiple_of(CLOCK_CHECK_INTERVAL) && Instant::now() >= deadline {
+            self.is_expired.store(true, Ordering::Relaxed);
         }
-        self.is_over.load(Ordering::Relaxed)
+        self.is_expired.load(Ordering::Relaxed)
     }
 
-    /// The same wish, and patience for so many seconds from now.
+    /// Token with the same cancellation and a deadline, s from now.
     #[must_use]
     pub fn with_deadline(&self, seconds: f64) -> CancelToken {
         CancelToken {
-            raised: Arc::clone(&self.raised),
-            until: Some(Instant::now() + Duration::from_secs_f64(seconds)),
+            cancelled: Arc::clone(&self.cancelled),
+            deadline: Some(Instant::now() + Duration::from_secs_f64(seconds)),
             n_checks: Arc::default(),
-            is_over: Arc::default(),
+            is_expired: Arc::default(),
             budget: None,
         }
     }
 
-    /// The same wish, and from now on so many seconds for the whole of some work; nothing ends where they are over, but
-    /// [`CancelToken::forecast_overrun`] tells before.
+    /// Token with the same cancellation and a time budget from now, s. The budget ends no work; its overrun is forecast by
+    /// [`CancelToken::forecast_overrun`].
     #[must_use]
     pub fn with_budget(&self, seconds: f64) -> CancelToken {
         let budget = TimeBudget {
             seconds,
-            since: Instant::now(),
+            start: Instant::now(),
             last: Arc::default(),
         };
         CancelToken {
@@ -134,15 +134,15 @@ impl CancelToken {
         }
     }
 
-    /// Forecast of the total cost, `share` of it being done, where that is more than is allowed.
+    /// Forecast of the total time with `share` of the work done, if it exceeds the budget.
     pub fn forecast_overrun(&self, share: f64) -> Option<BudgetForecast> {
         let budget = self.budget.as_ref()?;
-        budget.foresees(share, budget.since.elapsed().as_secs_f64())
+        budget.forecast(share, budget.start.elapsed().as_secs_f64())
     }
 }
 
 impl TimeBudget {
-    fn foresees(&self, share: f64, spent: f64) -> Option<BudgetForecast> {
+    fn forecast(&self, share: f64, spent: f64) -> Option<BudgetForecast> {
         let mut latest = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let last = *latest;
         let allowed = self.seconds;
@@ -154,28 +154,28 @@ impl TimeBudget {
         {
             return None;
         }
-        let pace = (share - last.share) / (spent - last.seconds);
-        // What was done before the first look holds what is done but once.
+        let rate = (share - last.share) / (spent - last.seconds);
+        // The progress before the first check includes one-off work.
         let first = last.seconds == 0.0;
-        let fastest = if first { 0.0 } else { last.fastest.max(pace) };
+        let fastest = if first { 0.0 } else { last.fastest.max(rate) };
         *latest = ProgressSample {
             seconds: spent,
             share,
-            rate: pace,
+            rate,
             fastest,
         };
-        let left = 1.0 - share;
-        let steady =
-            !first && (1.0 / STEADY_RATE_RATIO..STEADY_RATE_RATIO).contains(&(pace / last.rate));
-        let believed = spent >= TRUSTED_SHARE * allowed;
-        let least = match (steady || believed, fastest > 0.0) {
-            (true, _) => left / pace,
-            (false, true) => left / fastest / (TRUSTED_SHARE * allowed / spent).sqrt(),
+        let remaining = 1.0 - share;
+        let is_steady =
+            !first && (1.0 / STEADY_RATE_RATIO..STEADY_RATE_RATIO).contains(&(rate / last.rate));
+        let is_trusted = spent >= TRUSTED_SHARE * allowed;
+        let min_remaining = match (is_steady || is_trusted, fastest > 0.0) {
+            (true, _) => remaining / rate,
+            (false, true) => remaining / fastest / (TRUSTED_SHARE * allowed / spent).sqrt(),
             (false, false) => 0.0,
         };
-        (spent + least > allowed).then_some(BudgetForecast {
+        (spent + min_remaining > allowed).then_some(BudgetForecast {
             spent,
-            total: spent + left / pace,
+            total: spent + remaining / rate,
             allowed,
         })
     }
@@ -185,55 +185,55 @@ impl TimeBudget {
 mod tests {
     use super::*;
 
-    /// Patience is each copy's own, the wish is shared.
+    /// Clones share the cancellation, each has its deadline.
     #[test]
     fn law_copies_share_the_wish() {
         let cancel = CancelToken::default();
-        let (hasty, patient) = (cancel.with_deadline(0.0), cancel.with_deadline(1e3));
-        assert!(hasty.should_stop() && !hasty.is_cancelled());
-        assert!(!patient.should_stop() && !cancel.should_stop());
-        // However often it is asked.
-        assert!((0..20).all(|_| hasty.should_stop()));
-        assert!(!patient.cancel() && cancel.cancel());
-        assert!(cancel.should_stop() && hasty.is_cancelled());
+        let (expired, pending) = (cancel.with_deadline(0.0), cancel.with_deadline(1e3));
+        assert!(expired.should_stop() && !expired.is_cancelled());
+        assert!(!pending.should_stop() && !cancel.should_stop());
+        // At every poll.
+        assert!((0..20).all(|_| expired.should_stop()));
+        assert!(!pending.cancel() && cancel.cancel());
+        assert!(cancel.should_stop() && expired.is_cancelled());
     }
 
     fn default_budget(seconds: f64) -> TimeBudget {
         TimeBudget {
             seconds,
-            since: Instant::now(),
+            start: Instant::now(),
             last: Arc::default(),
         }
     }
 
-    /// A pace that holds is believed after two looks, whatever it says of the whole; one that allows enough is no reason to end.
+    /// A steady rate is accepted after two checks; a sufficient rate forecasts no overrun.
     #[test]
     fn law_a_steady_pace_is_believed() {
         let slow = default_budget(1000.0);
-        let seen: Vec<bool> = [0.1, 0.5, 0.75, 1.0, 1.5, 2.0]
-            .map(|s| slow.foresees(s * 1e-4, s).is_some())
+        let overruns: Vec<bool> = [0.1, 0.5, 0.75, 1.0, 1.5, 2.0]
+            .map(|s| slow.forecast(s * 1e-4, s).is_some())
             .to_vec();
-        assert_eq!(seen, [false, false, false, true, false, true]);
+        assert_eq!(overruns, [false, false, false, true, false, true]);
         let enough = default_budget(1000.0);
         for k in 0..1000 {
             let spent = f64::from(k);
-            assert_eq!(enough.foresees(spent / 990.0, spent), None);
+            assert_eq!(enough.forecast(spent / 990.0, spent), None);
         }
     }
 
-    /// A dear start is no reason to end: early, and where the pace has changed, five times too long is not believed; fifty times is.
+    /// A costly start is no reason to end: early, or at a changed rate, a forecast five times too long is rejected; fifty times is accepted.
     #[test]
     fn law_a_dear_start_is_forgiven() {
-        let begun = default_budget(1000.0);
-        assert_eq!(begun.foresees(1e-6, 1.0), None);
-        assert_eq!(begun.foresees(3e-4, 2.5), None);
-        assert_eq!(begun.foresees(0.01, 10.0), None);
+        let started = default_budget(1000.0);
+        assert_eq!(started.forecast(1e-6, 1.0), None);
+        assert_eq!(started.forecast(3e-4, 2.5), None);
+        assert_eq!(started.forecast(0.01, 10.0), None);
         let slow = default_budget(1000.0);
-        assert_eq!(slow.foresees(1e-6, 1.0), None);
-        assert_eq!(slow.foresees(2e-5, 2.0).unwrap().allowed, 1000.0);
-        let standing = default_budget(1000.0);
-        assert_eq!(standing.foresees(0.0, 1.0), None);
-        let found = standing.foresees(0.0, 200.0).unwrap();
-        assert!(found.total.is_infinite() && found.spent == 200.0);
+        assert_eq!(slow.forecast(1e-6, 1.0), None);
+        assert_eq!(slow.forecast(2e-5, 2.0).unwrap().allowed, 1000.0);
+        let stalled = default_budget(1000.0);
+        assert_eq!(stalled.forecast(0.0, 1.0), None);
+        let forecast = stalled.forecast(0.0, 200.0).unwrap();
+        assert!(forecast.total.is_infinite() && forecast.spent == 200.0);
     }
 }

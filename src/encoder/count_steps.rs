@@ -1,7 +1,7 @@
-//! Lost or extra encoder counts: steps of the error by whole counts.
+//! Lost or extra encoder counts: steps of the transmission error by whole counts.
 //!
-//! `D_i = mean(e_i … e_{i+w}) − mean(e_{i−w} … e_i)` over a tooth on either side, where what the mesh does averages out, stands out of its
-//! own median deviation.
+//! `D_i = mean(e_i … e_{i+w}) − mean(e_{i−w} … e_i)` over one tooth on either side, which averages out the mesh harmonics, exceeds a
+//! multiple of its median absolute deviation.
 
 use std::ops::Range;
 
@@ -13,14 +13,14 @@ use crate::numeric::Matrix;
 use crate::numeric::least_squares::solve;
 use crate::numeric::sorting::sort_falling;
 
-/// A place where counts are missing or too many.
+/// Step of the transmission error by lost or extra counts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CountStep {
-    /// The first row after it.
+    /// First row after the step.
     pub row: usize,
-    /// By how much the error steps, rad of the output.
+    /// Height of the step, rad of the output.
     pub step: f64,
-    /// Counts the encoder read too many; negative: missing.
+    /// Extra counts of the encoder; negative: lost.
     pub counts: f64,
     /// Encoder that made the step; both where a count of either would make the same step.
     pub encoder: &'static str,
@@ -29,53 +29,54 @@ pub struct CountStep {
 }
 
 impl CountStep {
-    /// `5 counts lost on the output or 3 too many on the input`.
+    /// Text of the step, such as `5 counts lost on the output or 3 too many on the input`.
     pub fn describe(&self) -> String {
-        let what = |counts: f64| if counts < 0.0 { "lost" } else { "too many" };
-        let or = self.alternative.map_or(String::new(), |(counts, whose)| {
-            format!(" or {} {} on the {whose}", counts.abs(), what(counts))
+        let kind = |counts: f64| if counts < 0.0 { "lost" } else { "too many" };
+        let also = self.alternative.map_or(String::new(), |(n, encoder)| {
+            format!(" or {} {} on the {encoder}", n.abs(), kind(n))
         });
         let count = pluralise(self.counts.abs() as usize, "count");
-        format!("{count} {} on the {}{or}", what(self.counts), self.encoder)
+        let kind = kind(self.counts);
+        format!("{count} {kind} on the {}{also}", self.encoder)
     }
 }
 
 /// Parameters of the search for steps in the error.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSearch<'a> {
-    /// Survey of the record, the output counting up with the input.
+    /// Survey of the record, with both shafts counting in the same direction.
     pub survey: &'a RecordSurvey,
-    /// Turns of the output for one of the input.
+    /// Transmission ratio: output revolutions per input revolution.
     pub ratio: f64,
-    /// Rows that pass in one tooth of the output.
+    /// Rows per tooth pitch of the output.
     pub rows_per_tooth: f64,
 }
 
-/// Rows on either side of a place: to see where a step is, and that it is one.
+/// Least and largest narrow window, rows: it locates a step.
 const NARROW: (usize, usize) = (4, 24);
 
-/// See [`NARROW`].
+/// Largest wide window, rows: it detects a step above the noise.
 const WIDE: usize = 4096;
 
-/// A step this many deviations out is one, where the deviation is of noise alone.
+/// Detection threshold of a step, in standard deviations of the noise.
 const STEP_THRESHOLD: f64 = 8.0;
 
-/// A step is one where it has this share of a count.
+/// Least height of a step, in counts.
 const MIN_COUNT_SHARE: f64 = 0.6;
 
-/// Counts of both encoders make steps that differ by no more than this share: nothing tells which lost one.
+/// Relative difference of the count angles up to which the encoder of a step is ambiguous.
 const AMBIGUITY_TOLERANCE: f64 = 0.02;
 
-/// Tolerance of the size of a step, over the smaller count.
+/// Tolerance of the height of a step, in the smaller count.
 const SIZE_TOLERANCE: f64 = 0.15;
 
-/// Places that are followed up, the strongest.
+/// Maximum number of candidate steps, the strongest.
 const MAX_CANDIDATES: usize = 40;
 
-/// Differences looked at to know the noise of all; fewer where their windows would lie on each other.
+/// Maximum number of differences that estimate the noise; fewer in short records, so that their windows do not overlap.
 const SAMPLES: usize = 8192;
 
-/// The places, in their order. Encoders without steps have none.
+/// Steps of the error in the order of time; none for encoders without counts.
 ///
 /// # Errors
 /// Readings that cannot be read.
@@ -103,179 +104,179 @@ pub fn find_steps(
     sizes.sort_by(f64::total_cmp);
     // The median of the size of a normal variable is 0.6745 of its deviation.
     let deviation = sizes[sizes.len() / 2] / 0.6745;
-    let least = (MIN_COUNT_SHARE * smallest).max(STEP_THRESHOLD * deviation);
-    // Over the wide windows a step is told from noise; where it is, the narrow ones say.
-    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let min_step = (MIN_COUNT_SHARE * smallest).max(STEP_THRESHOLD * deviation);
+    // The wide windows detect a step above the noise; the narrow ones locate it.
+    let mut candidates: Vec<(usize, f64, f64)> = Vec::new();
     windows.for_each_step(
         rows,
         scales,
         request.ratio,
         runs,
-        least,
+        min_step,
         |row, near, far| {
             if far * near < 0.0 {
                 return;
             }
             let height = near.abs() + far.abs();
-            match found.last_mut() {
-                Some(last) if row - last.0 <= 2 * wide => {
-                    if height > last.1 {
-                        *last = (row, height, far);
+            match candidates.last_mut() {
+                Some(previous) if row - previous.0 <= 2 * wide => {
+                    if height > previous.1 {
+                        *previous = (row, height, far);
                     }
                 }
-                _ => found.push((row, height, far)),
+                _ => candidates.push((row, height, far)),
             }
         },
     )?;
-    sort_falling(&mut found, |a| a.1);
-    found.truncate(MAX_CANDIDATES);
-    found.sort_by_key(|f| f.0);
-    let steps = fit_step_sizes(&found, runs, request);
-    let all: Vec<CountStep> = found
+    sort_falling(&mut candidates, |a| a.1);
+    candidates.truncate(MAX_CANDIDATES);
+    candidates.sort_by_key(|f| f.0);
+    let steps = fit_step_sizes(&candidates, runs, request);
+    let detected: Vec<CountStep> = candidates
         .iter()
         .zip(steps)
         .filter(|(_, step)| step.abs() > MIN_COUNT_SHARE * smallest)
         .map(|(&(row, ..), step)| as_counts(row, step, counts))
         .collect();
-    Ok(if is_tooth_form(&all, runs) {
+    Ok(if is_tooth_form(&detected, runs) {
         Vec::new()
     } else {
-        all
+        detected
     })
 }
 
-/// Fits the step sizes over the whole record: with the turning of the shafts and a level for each run they are fitted to points of it.
-/// Beats of two counters look like a step and go back; a lost count stays.
+/// Least-squares fit of the step heights to the survey points, with the first two harmonics of both shafts and a level for each run.
+/// A beat of two counters resembles a step and reverses; a lost count is permanent.
 fn fit_step_sizes(
-    found: &[(usize, f64, f64)],
+    candidates: &[(usize, f64, f64)],
     runs: &[DirectionRun],
     request: StepSearch,
 ) -> Vec<f64> {
-    let claimed = found.iter().map(|f| f.2).collect();
-    let inside = |run: &DirectionRun, row: usize| run.rows.contains(&row);
+    let detected = candidates.iter().map(|f| f.2).collect();
+    let contains = |run: &DirectionRun, row: usize| run.rows.contains(&row);
     let points: Vec<_> = request
         .survey
         .points
         .iter()
-        .filter(|p| runs.iter().any(|r| inside(r, p.0)))
+        .filter(|p| runs.iter().any(|r| contains(r, p.0)))
         .collect();
-    const TURNING: usize = 8;
-    let columns = runs.len() + TURNING + found.len();
-    if found.is_empty() || points.len() < 2 * columns {
-        return claimed;
+    const HARMONIC_COLUMNS: usize = 8;
+    let columns = runs.len() + HARMONIC_COLUMNS + candidates.len();
+    if candidates.is_empty() || points.len() < 2 * columns {
+        return detected;
     }
     let a = Matrix::from_fn(points.len(), columns, |i, j| {
         let &(row, input, _) = points[i];
         if let Some(run) = runs.get(j) {
-            return f64::from(u8::from(inside(run, row)));
+            return f64::from(u8::from(contains(run, row)));
         }
         match j - runs.len() {
-            k if k < TURNING => {
+            k if k < HARMONIC_COLUMNS => {
                 let angle = [1.0, 2.0][k / 2 % 2] * input * [1.0, request.ratio][k / 4];
                 if k % 2 == 0 { angle.cos() } else { angle.sin() }
             }
-            k => f64::from(u8::from(row >= found[k - TURNING].0)),
+            k => f64::from(u8::from(row >= candidates[k - HARMONIC_COLUMNS].0)),
         }
     });
     let error = |p: &(usize, f64, f64)| p.2 - request.ratio * p.1;
     let b = Matrix::from_fn(points.len(), 1, |i, _| error(points[i]) - error(points[0]));
     match solve(&a, &b) {
-        Ok(x) => (0..found.len())
-            .map(|k| x[(runs.len() + TURNING + k, 0)])
+        Ok(x) => (0..candidates.len())
+            .map(|k| x[(runs.len() + HARMONIC_COLUMNS + k, 0)])
             .collect(),
-        Err(_) => claimed, // steps too near each other for the points
+        Err(_) => detected, // steps too near each other for the points
     }
 }
 
-/// Places in cells, of the direction `forward`, as rows: the row whose angle it is, and there the row at which the error steps most.
+/// Steps located in rows: for each input angle and height the row of the largest step near that angle.
 ///
 /// # Errors
 /// Readings that cannot be read.
 pub fn locate_rows(
-    found: &[(f64, f64)],
+    steps: &[(f64, f64)],
     rows: &dyn EncoderReadings,
     scales: EncoderScales,
     runs: &[DirectionRun],
     request: StepSearch,
 ) -> Result<Vec<CountStep>, Error> {
-    /// Cells reach so many rows beyond a place.
+    /// Rows searched before and after the row of the angle.
     const SEARCH_ROWS: usize = 24;
-    let near = ((request.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
+    let w = ((request.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
     let points = &request.survey.points;
-    let mut all = Vec::new();
-    for &(input, step) in found {
-        let holds = |run: &&DirectionRun| (run.input.0 - input) * (run.input.1 - input) <= 0.0;
-        let Some(run) = runs.iter().find(holds) else {
+    let mut located = Vec::new();
+    for &(input, step) in steps {
+        let contains = |run: &&DirectionRun| (run.input.0 - input) * (run.input.1 - input) <= 0.0;
+        let Some(run) = runs.iter().find(contains) else {
             continue;
         };
-        let passed = |p: &&(usize, f64, f64)| {
+        let is_after = |p: &&(usize, f64, f64)| {
             run.rows.contains(&p.0) && ((p.1 > input) == run.forward || p.1 == input)
         };
-        let after = points.iter().find(passed).map_or(run.rows.end, |p| p.0);
+        let after = points.iter().find(is_after).map_or(run.rows.end, |p| p.0);
         let before = points
             .iter()
             .rev()
             .find(|p| p.0 < after && run.rows.contains(&p.0));
         let (start, angle) = before.map_or((run.rows.start, run.input.0), |p| (p.0, p.1));
-        let from = start.saturating_sub(SEARCH_ROWS + near).max(run.rows.start);
-        let to = (after + SEARCH_ROWS + near).min(run.rows.end);
-        let part = ReadingsRange {
+        let first = start.saturating_sub(SEARCH_ROWS + w).max(run.rows.start);
+        let last = (after + SEARCH_ROWS + w).min(run.rows.end);
+        let segment = ReadingsRange {
             rows,
-            from,
-            count: to - from,
+            from: first,
+            count: last - first,
         };
         let (mut angles, mut errors) = (Vec::new(), Vec::new());
-        for_each_block(&part, scales, |_, a, b| {
+        for_each_block(&segment, scales, |_, a, b| {
             angles.extend_from_slice(a);
             errors.extend(a.iter().zip(b).map(|(a, b)| b - request.ratio * a));
         })?;
-        // A counter that begins again is counted from the start of the part: angles are those next to a known row.
-        let Some(&known) = angles.get(start - from) else {
+        // Unwrapped angles of the segment begin at its first row: they are referred to a surveyed row.
+        let Some(&start_angle) = angles.get(start - first) else {
             continue;
         };
-        let reached = |a: &f64| (a - known + angle > input) == run.forward;
-        let cross = angles.iter().position(reached).unwrap_or(start - from);
-        let mean = |from: usize, to: usize| {
-            errors[from..to].iter().map(|e| e - errors[0]).sum::<f64>() / (to - from) as f64
+        let is_beyond = |a: &f64| (a - start_angle + angle > input) == run.forward;
+        let crossing = angles.iter().position(is_beyond).unwrap_or(start - first);
+        let mean = |a: usize, b: usize| {
+            errors[a..b].iter().map(|e| e - errors[0]).sum::<f64>() / (b - a) as f64
         };
         let (low, high) = (
-            cross.saturating_sub(SEARCH_ROWS).max(near),
-            cross + SEARCH_ROWS,
+            crossing.saturating_sub(SEARCH_ROWS).max(w),
+            crossing + SEARCH_ROWS,
         );
-        let at = (low..=high.min(errors.len().saturating_sub(near)))
-            .map(|i| (i, step.signum() * (mean(i, i + near) - mean(i - near, i))))
+        let offset = (low..=high.min(errors.len().saturating_sub(w)))
+            .map(|i| (i, step.signum() * (mean(i, i + w) - mean(i - w, i))))
             .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map_or(cross, |best| best.0);
+            .map_or(crossing, |best| best.0);
         let counts = (scales.input.step * request.ratio, scales.output.step);
-        all.push(as_counts(from + at, step, counts));
+        located.push(as_counts(first + offset, step, counts));
     }
-    Ok(all)
+    Ok(located)
 }
 
-/// A step as whole counts of the encoder they fit better, `counts` being what one of either makes, rad of the output.
+/// Step as whole counts of the encoder that fits it better; `counts`: angle of one count of input and output, rad of the output.
 fn as_counts(row: usize, step: f64, counts: (f64, f64)) -> CountStep {
-    // Too many counts of the input turn the error back.
+    // Extra counts of the input reduce the error.
     let fit = |count: f64| {
         let n = (step / count).round();
         let n = if n == 0.0 { (step / count).signum() } else { n };
         (n, (step - n * count).abs())
     };
     let (input, output) = (fit(-counts.0), fit(counts.1));
-    // Fewer counts are likelier, as long as they fit as well.
+    // Of two equal fits the one with fewer counts is more probable.
     let better = |a: (f64, f64), b: (f64, f64)| {
         let slack = SIZE_TOLERANCE * counts.0.min(counts.1);
         a.1 + if a.0.abs() < b.0.abs() { -slack } else { slack } < b.1
     };
-    let alike = (counts.0 - counts.1).abs() < AMBIGUITY_TOLERANCE * counts.1;
-    // What misses the step by little more may be it as well: steps are known to no more than that.
+    let ambiguous = (counts.0 - counts.1).abs() < AMBIGUITY_TOLERANCE * counts.1;
+    // A fit within the tolerance of the height is an alternative.
     let slack = SIZE_TOLERANCE * counts.0.min(counts.1);
-    let or = |other: (f64, f64), taken: (f64, f64), whose| {
-        (other.1 < slack.max(taken.1 + slack)).then_some((other.0, whose))
+    let rival = |other: (f64, f64), chosen: (f64, f64), encoder| {
+        (other.1 < slack.max(chosen.1 + slack)).then_some((other.0, encoder))
     };
-    let (counts, whose, or) = match (counts.0 > 0.0, counts.1 > 0.0) {
-        (true, true) if alike => (output.0, "input or output", None),
-        (true, true) if better(input, output) => (input.0, "input", or(output, input, "output")),
-        (true, true) => (output.0, "output", or(input, output, "input")),
+    let (counts, encoder, rival) = match (counts.0 > 0.0, counts.1 > 0.0) {
+        (true, true) if ambiguous => (output.0, "input or output", None),
+        (true, true) if better(input, output) => (input.0, "input", rival(output, input, "output")),
+        (true, true) => (output.0, "output", rival(input, output, "input")),
         (_, true) => (output.0, "output", None),
         _ => (input.0, "input", None),
     };
@@ -283,28 +284,28 @@ fn as_counts(row: usize, step: f64, counts: (f64, f64)) -> CountStep {
         row,
         step,
         counts,
-        encoder: whose,
-        alternative: or,
+        encoder,
+        alternative: rival,
     }
 }
 
-/// Steps that come and go tooth by tooth are the shape of the teeth: many, and their sum is nothing.
-fn is_tooth_form(all: &[CountStep], runs: &[DirectionRun]) -> bool {
+/// Whether the steps repeat tooth by tooth, as the form of the teeth: numerous, with a sum near zero.
+fn is_tooth_form(steps: &[CountStep], runs: &[DirectionRun]) -> bool {
     const MIN_FORM_STEPS: usize = 12;
     const NET_STEP_TOLERANCE: f64 = 0.2;
-    let sum: f64 = all.iter().map(|j| j.step).sum();
-    let size: f64 = all.iter().map(|j| j.step.abs()).sum();
-    all.len() > MIN_FORM_STEPS * runs.len().max(1) && sum.abs() < NET_STEP_TOLERANCE * size
+    let sum: f64 = steps.iter().map(|j| j.step).sum();
+    let size: f64 = steps.iter().map(|j| j.step.abs()).sum();
+    steps.len() > MIN_FORM_STEPS * runs.len().max(1) && sum.abs() < NET_STEP_TOLERANCE * size
 }
 
-/// Windows on either side of a row.
+/// Lengths of the averaging windows on either side of a row, rows.
 struct StepWindows {
     narrow: usize,
     wide: usize,
 }
 
 impl StepWindows {
-    /// Sizes of the steps over the wide windows at places spread over the runs.
+    /// Absolute differences over the wide windows, at rows distributed over the runs.
     fn sample_noise(
         &self,
         rows: &dyn EncoderReadings,
@@ -313,17 +314,17 @@ impl StepWindows {
         runs: &[DirectionRun],
     ) -> Result<Vec<f64>, Error> {
         let span = 2 * self.wide;
-        let every = (rows.n_rows() / SAMPLES).max(span);
+        let spacing = (rows.n_rows() / SAMPLES).max(span);
         let mut sizes = Vec::new();
         for run in runs {
-            for from in (run.rows.start..run.rows.end.saturating_sub(span)).step_by(every) {
-                let part = ReadingsRange {
+            for from in (run.rows.start..run.rows.end.saturating_sub(span)).step_by(spacing) {
+                let segment = ReadingsRange {
                     rows,
                     from,
                     count: span,
                 };
                 let (mut early, mut late, mut origin) = (0.0, 0.0, None);
-                for_each_block(&part, scales, |first, input, output| {
+                for_each_block(&segment, scales, |first, input, output| {
                     for (i, (a, b)) in input.iter().zip(output).enumerate() {
                         let e = b - ratio * a;
                         let e = e - *origin.get_or_insert(e);
@@ -339,20 +340,20 @@ impl StepWindows {
         Ok(sizes)
     }
 
-    /// `see(row, step near, step over the wide windows)` wherever both windows fit into a run and the wide ones show `least` or more.
+    /// Calls `visit(row, narrow step, wide step)` for all rows whose windows lie in a run and whose wide step is `min_step` or more.
     fn for_each_step(
         &self,
         rows: &dyn EncoderReadings,
         scales: EncoderScales,
         ratio: f64,
         runs: &[DirectionRun],
-        least: f64,
-        mut see: impl FnMut(usize, f64, f64),
+        min_step: f64,
+        mut visit: impl FnMut(usize, f64, f64),
     ) -> Result<(), Error> {
-        // Running sums of the error, kept as far back as the windows reach.
+        // Running sums of the error over the length of the windows.
         let mut sums: Vec<f64> = vec![0.0];
         let mut first = 0; // row of sums[0]
-        let mut at = 0; // the next row to be judged
+        let mut next = 0; // next row to examine
         let mut origin = None;
         for_each_block(rows, scales, |_, input, output| {
             let mut sum = sums.last().copied().unwrap_or(0.0);
@@ -361,37 +362,36 @@ impl StepWindows {
                 sum += (b - ratio * a) - origin;
                 sum
             }));
-            let end = first + sums.len() - 1; // rows seen
+            let end = first + sums.len() - 1; // rows read
             for run in runs {
-                let judged = run_inside(run, self.wide, at..end.saturating_sub(self.wide) + 1);
-                if judged.is_empty() {
+                let examined = inner_rows(run, self.wide, next..end.saturating_sub(self.wide) + 1);
+                if examined.is_empty() {
                     continue;
                 }
-                let at = judged.start - first..judged.end - first;
-                let before = &sums[at.start - self.wide..at.end - self.wide];
-                let after = &sums[at.start + self.wide..at.end + self.wide];
-                let least = least * self.wide as f64;
-                for (i, ((a, b), c)) in before.iter().zip(&sums[at.clone()]).zip(after).enumerate()
-                {
+                let k = examined.start - first..examined.end - first;
+                let before = &sums[k.start - self.wide..k.end - self.wide];
+                let after = &sums[k.start + self.wide..k.end + self.wide];
+                let min_step = min_step * self.wide as f64;
+                for (i, ((a, b), c)) in before.iter().zip(&sums[k.clone()]).zip(after).enumerate() {
                     let far = a - 2.0 * b + c;
-                    if far.abs() >= least {
-                        let (i, w) = (at.start + i, self.narrow);
+                    if far.abs() >= min_step {
+                        let (i, w) = (k.start + i, self.narrow);
                         let near = (sums[i + w] - 2.0 * sums[i] + sums[i - w]) / w as f64;
-                        see(first + i, near, far / self.wide as f64);
+                        visit(first + i, near, far / self.wide as f64);
                     }
                 }
             }
-            at = at.max((end + 1).saturating_sub(self.wide));
-            let drop = at.saturating_sub(self.wide).saturating_sub(first);
-            sums.drain(..drop);
-            first += drop;
+            next = next.max((end + 1).saturating_sub(self.wide));
+            let expired = next.saturating_sub(self.wide).saturating_sub(first);
+            sums.drain(..expired);
+            first += expired;
         })
     }
 }
 
-/// Rows of a run whose wide windows lie in it, of those wanted.
-fn run_inside(run: &DirectionRun, wide: usize, wanted: Range<usize>) -> Range<usize> {
-    let low = (run.rows.start + wide).max(wanted.start);
-    let high = run.rows.end.saturating_sub(wide).min(wanted.end);
+/// Rows of the range `candidates` whose wide windows lie within the run.
+fn inner_rows(run: &DirectionRun, wide: usize, candidates: Range<usize>) -> Range<usize> {
+    let low = (run.rows.start + wide).max(candidates.start);
+    let high = run.rows.end.saturating_sub(wide).min(candidates.end);
     low..high.max(low)
 }

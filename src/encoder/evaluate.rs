@@ -28,59 +28,59 @@ pub struct EvaluationOptions {
     pub teeth: GearTrain,
     /// Scales of the encoder readings.
     pub scales: EncoderScales,
-    /// Rows a second, Hz, where the rows are even in time.
+    /// Row rate, Hz; `None` for rows without a uniform time base.
     pub rate_hz: Option<f64>,
-    /// Multiples of the meshes; as many as the rows allow, up to [`DEFAULT_MULTIPLES`] by default.
+    /// Number of mesh harmonics; by default as many as the row spacing allows, up to [`DEFAULT_MULTIPLES`].
     pub multiples: Option<usize>,
-    /// Steps of lost counts are taken out.
+    /// Removes steps of lost or extra counts.
     pub repair: bool,
-    /// Orders that a model names.
+    /// Orders known from a model.
     pub known_orders: KnownOrders,
     /// Fits every multiple of the shafts, not only the significant ones.
     pub all_multiples: bool,
-    /// Evaluates the input's deviation from uniform rotation as well, where rows have a clock.
+    /// Also evaluates the deviation of the input from uniform rotation; needs `rate_hz`.
     pub input: bool,
-    /// Index pulses of input and output, where they were read.
+    /// Index signals of input and output, if recorded.
     pub index: [Option<IndexSignal>; 2],
 }
 
 /// Default number of mesh multiples evaluated.
 pub const DEFAULT_MULTIPLES: usize = 4;
 
-/// So often the record is looked at again after steps were taken out.
+/// Maximum number of evaluations after removal of steps.
 const MAX_REPAIRS: usize = 4;
 
-/// Room above the highest mesh multiple for its sidebands, relative.
+/// Ratio of the highest order to the highest mesh harmonic: room for sidebands.
 const SIDEBAND_MARGIN: f64 = 1.05;
 
 /// Transmission error and encoder findings of a record.
 #[derive(Debug)]
 pub struct TeEvaluation {
-    /// Turns of the output for one of the input, by tooth numbers.
+    /// Transmission ratio by tooth numbers: output revolutions per input revolution.
     pub tooth_ratio: Fraction,
-    /// As the encoders have it.
+    /// Transmission ratio measured by the encoders.
     pub ratio: MeasuredRatio,
-    /// One or two flanks, the one with more turns first.
+    /// One or two flanks, the one with more output revolutions first.
     pub flanks: Vec<FlankEvaluation>,
-    /// Runs in which the input turned one way.
+    /// Direction runs of the input.
     pub runs: Vec<DirectionRun>,
-    /// Rows at either end in which the input stood still, left out.
+    /// Number of rows at rest at the beginning and at the end, excluded.
     pub still: [usize; 2],
-    /// Free angle of the output between the flanks.
+    /// Angular backlash of the output between the flanks.
     pub backlash: Option<AngularBacklash>,
-    /// Steps that were taken out.
+    /// Removed steps of lost or extra counts.
     pub removed_steps: Vec<CountStep>,
     /// Index-pulse evaluations of input and output.
     pub index: [Option<IndexEvaluation>; 2],
-    /// Multiples of the meshes looked for.
+    /// Number of mesh harmonics evaluated.
     pub multiples: usize,
-    /// The highest order kept.
+    /// Highest order evaluated, per output revolution.
     pub band: f64,
-    /// Relative error of the highest order from the cells and the steps of the input.
+    /// Relative amplitude error of the highest order by resampling and by quantisation of the input.
     pub order_error: f64,
-    /// Noise of the encoders' steps at one row, rms, rad of the output.
+    /// Quantisation noise of both encoders, rms, rad of the output.
     pub quantisation: f64,
-    /// Rows that a tooth of the output passes in.
+    /// Rows per tooth pitch of the output.
     pub rows_per_tooth: f64,
     /// Speed over the record.
     pub speed: Option<SpeedTrace>,
@@ -88,64 +88,64 @@ pub struct TeEvaluation {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Evaluates a record.
+/// Evaluates the transmission error of an encoder record.
 ///
 /// # Errors
-/// Readings that are no numbers, nothing that turns, another ratio than the teeth make, slip, lost counts (unless they are to be taken
-/// out), too few rows a tooth, less than one turn, orders above what the rows hold.
+/// Readings that are no numbers, a shaft at rest, a ratio other than the tooth ratio, slip, lost counts (without `repair`), too few
+/// rows per tooth, less than one revolution, orders above the band of the rows.
 pub fn evaluate(
     rows: &dyn EncoderReadings,
     options: &EvaluationOptions,
 ) -> Result<TeEvaluation, Error> {
     let mut scales = options.scales;
-    let looked = survey(rows, scales)?;
-    let ratio = looked.ratio((scales.input.step, scales.output.step))?;
+    let overview = survey(rows, scales)?;
+    let ratio = overview.ratio((scales.input.step, scales.output.step))?;
     let mut index = match options.index.iter().flatten().next() {
         None => [None, None],
         Some(_) => {
             let signals = [options.index[0].as_ref(), options.index[1].as_ref()];
-            let paces = [
-                looked.max_increment,
-                looked.max_increment * ratio.value.abs(),
+            let max_increments = [
+                overview.max_increment,
+                overview.max_increment * ratio.value.abs(),
             ];
-            evaluate_indices(rows, scales, &looked.runs, signals, paces)?
+            evaluate_indices(rows, scales, &overview.runs, signals, max_increments)?
         }
     };
-    looked.check_ratio(&options.teeth, ratio, options.rate_hz)?;
-    // From here on both count up together.
+    overview.check_ratio(&options.teeth, ratio, options.rate_hz)?;
+    // Both shafts count in the same direction from this line on.
     scales.output.unit *= ratio.value.signum();
     if let Some(output) = index[1].as_mut().filter(|_| ratio.value < 0.0) {
         output.reverse();
     }
     let declared = options.teeth.ratio();
     let r = declared.to_f64();
-    let looked = match ratio.value < 0.0 {
+    let overview = match ratio.value < 0.0 {
         true => survey(rows, scales)?,
-        false => looked,
+        false => overview,
     };
-    let pace = looked.max_increment * r / TAU; // turns of the output in a row
-    let last = options.teeth.output_teeth() as f64;
-    let rows_per_tooth = 1.0 / (pace * last);
-    let (multiples, per_turn) = resolution(options, pace)?;
+    let rev_per_row = overview.max_increment * r / TAU; // output revolutions per row
+    let output_teeth = options.teeth.output_teeth() as f64;
+    let rows_per_tooth = 1.0 / (rev_per_row * output_teeth);
+    let (multiples, per_turn) = resolution(options, rev_per_row)?;
     let mut diagnostics = Vec::new();
     let band = per_turn as f64 / CELLS_PER_ORDER as f64;
     warn_above_band(options, band, &mut diagnostics);
-    let runs = looked.after_take_up(r, TAU / last / r);
+    let runs = overview.after_take_up(r, TAU / output_teeth / r);
     let request = StepSearch {
-        survey: &looked,
+        survey: &overview,
         ratio: r,
         rows_per_tooth,
     };
-    let mut decision = CountCheck::new([index[0].as_ref(), index[1].as_ref()], r);
-    let mut found = decision.confirm_steps(find_steps(rows, scales, &runs, request)?);
-    found.extend(decision.undetected_shifts(rows, scales, rows_per_tooth.ceil() as usize)?);
-    found.sort_by_key(|jump| jump.row);
+    let mut count_check = CountCheck::new([index[0].as_ref(), index[1].as_ref()], r);
+    let mut removed = count_check.confirm_steps(find_steps(rows, scales, &runs, request)?);
+    removed.extend(count_check.undetected_shifts(rows, scales, rows_per_tooth.ceil() as usize)?);
+    removed.sort_by_key(|jump| jump.row);
     let marks = AngleOrigin::new(&index, &runs, r);
     let steps = (scales.input.step * r, scales.output.step);
-    let given = [steps.0, steps.1].into_iter().filter(|c| *c > 0.0);
-    // Angles of the input are known to half a step, which rounds off high orders.
-    let blunt = band * steps.0 / TAU;
-    let error = RESAMPLING_ERROR + (0.5 * TAU * blunt).powi(2) / 6.0;
+    let count_sizes = [steps.0, steps.1].into_iter().filter(|c| *c > 0.0);
+    // Quantisation of the input angle, half a step, attenuates high orders.
+    let step_orders = band * steps.0 / TAU;
+    let error = RESAMPLING_ERROR + (0.5 * TAU * step_orders).powi(2) / 6.0;
     let search = FlankOptions {
         teeth: &options.teeth,
         multiples,
@@ -154,37 +154,37 @@ pub fn evaluate(
         all_multiples: options.all_multiples,
         error,
         input_mark: marks.input.unwrap_or(0.0),
-        count_step: given.fold(f64::INFINITY, f64::min),
+        count_step: count_sizes.fold(f64::INFINITY, f64::min),
     };
-    let least = turns_needed(options) * per_turn as f64;
+    let min_cells = turns_needed(options) * per_turn as f64;
     let mut round = 0;
-    let (mut flanks, speed, apart) = loop {
-        if !found.is_empty() && !options.repair {
-            return Err(lost_counts_error(&found, options.rate_hz));
+    let (mut flanks, speed, offset) = loop {
+        if !removed.is_empty() && !options.repair {
+            return Err(lost_counts_error(&removed, options.rate_hz));
         }
         let (mut signals, speed) = resample_directions(
             rows,
             scales,
             &runs,
-            &found,
+            &removed,
             options,
             per_turn,
             marks.output_origin,
         )?;
         signals.sort_by_key(|s| std::cmp::Reverse(s.order_error.values.len()));
         check_turns(options, &signals, per_turn)?;
-        let of = |forward| signals.iter().find(|s| s.forward == forward);
-        let apart = (of(true).zip(of(false)))
+        let signal_of = |forward| signals.iter().find(|s| s.forward == forward);
+        let offset = (signal_of(true).zip(signal_of(false)))
             .and_then(|(up, down)| backlash::mean_backlash(&up.order_error, &down.order_error));
         let flanks = signals
             .into_iter()
-            .filter(|s| s.order_error.values.len() as f64 >= least)
+            .filter(|s| s.order_error.values.len() as f64 >= min_cells)
             .map(|s| evaluate_flank(s.order_error, s.input.as_ref(), s.forward, &search))
             .collect::<Result<Vec<FlankEvaluation>, Error>>()?;
-        let mut more = Vec::new();
+        let mut new_steps = Vec::new();
         for flank in &flanks {
-            let places = flank.steps.iter();
-            let places: Vec<(f64, f64)> = places
+            let located = flank.steps.iter();
+            let located: Vec<(f64, f64)> = located
                 .map(|s| {
                     (
                         (flank.signal.angle(s.cell) + marks.output_origin * TAU) / r,
@@ -192,41 +192,41 @@ pub fn evaluate(
                     )
                 })
                 .collect();
-            let of_way: Vec<DirectionRun> = runs
+            let flank_runs: Vec<DirectionRun> = runs
                 .iter()
                 .filter(|run| run.forward == flank.forward)
                 .cloned()
                 .collect();
-            more.extend(locate_rows(&places, rows, scales, &of_way, request)?);
+            new_steps.extend(locate_rows(&located, rows, scales, &flank_runs, request)?);
         }
-        let more = decision.confirm_steps(more);
-        if more.is_empty() {
+        let new_steps = count_check.confirm_steps(new_steps);
+        if new_steps.is_empty() {
             warn_too_short(
-                &looked.runs,
+                &overview.runs,
                 &flanks,
                 turns_needed(options),
                 r,
                 &mut diagnostics,
             );
-            break (flanks, speed, apart);
+            break (flanks, speed, offset);
         }
-        found.extend(more);
-        found.sort_by_key(|jump| jump.row);
+        removed.extend(new_steps);
+        removed.sort_by_key(|jump| jump.row);
         round += 1;
         if round > MAX_REPAIRS {
-            return Err(lost_counts_error(&found, options.rate_hz).with_hint(
+            return Err(lost_counts_error(&removed, options.rate_hz).with_hint(
                 "steps stay in the record however many are taken out: check the encoders and their cables",
             ));
         }
     };
-    let play = apart.map(|(mean, first, count)| AngularBacklash {
+    let backlash = offset.map(|(mean, first, count)| AngularBacklash {
         mean,
         variation: backlash::backlash_variation(&flanks, first, count),
     });
     flanks
         .iter_mut()
         .for_each(|f| marks.set_mark_phases(f, &options.teeth));
-    diagnostics.extend(decision.warnings());
+    diagnostics.extend(count_check.warnings());
     diagnostics.extend(index.iter().flatten().filter_map(IndexEvaluation::warnings));
     Ok(TeEvaluation {
         index,
@@ -234,9 +234,9 @@ pub fn evaluate(
         ratio,
         flanks,
         runs,
-        still: looked.still,
-        backlash: play,
-        removed_steps: found,
+        still: overview.still,
+        backlash,
+        removed_steps: removed,
         multiples,
         band,
         order_error: error,
@@ -247,22 +247,22 @@ pub fn evaluate(
     })
 }
 
-/// Says which direction turns too little to be evaluated.
+/// Warns of a direction with too little rotation for an evaluation.
 fn warn_too_short(
     runs: &[DirectionRun],
     flanks: &[FlankEvaluation],
     needed: f64,
     ratio: f64,
-    to: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for (forward, way) in [(true, "forward"), (false, "backward")] {
-        let reach = runs.iter().filter(|run| run.forward == forward);
-        let turns = reach.map(DirectionRun::travel).fold(0.0, f64::max) * ratio / TAU;
+    for (forward, direction) in [(true, "forward"), (false, "backward")] {
+        let travels = runs.iter().filter(|run| run.forward == forward);
+        let turns = travels.map(DirectionRun::travel).fold(0.0, f64::max) * ratio / TAU;
         if turns > 0.0 && !flanks.iter().any(|f| f.forward == forward) {
-            to.push(Diagnostic {
+            diagnostics.push(Diagnostic {
                 code: "direction-too-short",
                 message: format!(
-                    "{way} the record turns {turns:.3} turns of the output, where {needed:.3} and what the play takes are needed: that direction is not evaluated"
+                    "{direction} the record turns {turns:.3} turns of the output, where {needed:.3} and what the play takes are needed: that direction is not evaluated"
                 ),
                 hint: Some("record a whole turn of every shaft in each direction".into()),
             });
@@ -270,22 +270,22 @@ fn warn_too_short(
     }
 }
 
-/// Multiples of the meshes, and cells a turn.
-fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), Error> {
-    let most = 1.0 / (MIN_PER_CELL * pace); // cells a turn
+/// Number of mesh harmonics, and cells per output revolution.
+fn resolution(options: &EvaluationOptions, rev_per_row: f64) -> Result<(usize, usize), Error> {
+    let max_cells = 1.0 / (MIN_PER_CELL * rev_per_row); // cells per revolution
     let cells = |order: f64| (CELLS_PER_ORDER as f64 * SIDEBAND_MARGIN * order).ceil();
     let meshes = options.teeth.meshes();
-    let values = || meshes.iter().map(|m| m.order.to_f64());
-    let lowest = values().fold(f64::INFINITY, f64::min);
-    // Meshes that the rows do not hold are left out, unless none is left.
-    let held = |m: &&OrderSource| cells(m.order.to_f64()) <= most;
+    let orders = || meshes.iter().map(|m| m.order.to_f64());
+    let lowest = orders().fold(f64::INFINITY, f64::min);
+    // Meshes above the band of the rows are excluded, except for the lowest.
+    let in_band = |m: &&OrderSource| cells(m.order.to_f64()) <= max_cells;
     let fastest = meshes
         .iter()
-        .filter(held)
+        .filter(in_band)
         .max_by(|a, b| a.order.cmp(&b.order));
     let highest = fastest.map_or(lowest, |m| m.order.to_f64());
-    if cells(lowest) > most {
-        let per_tooth = 1.0 / (pace * lowest);
+    if cells(lowest) > max_cells {
+        let per_tooth = 1.0 / (rev_per_row * lowest);
         let message = format!(
             "{per_tooth:.2} rows a tooth do not show what teeth do: at least {:.1} are needed",
             MIN_PER_CELL * CELLS_PER_ORDER as f64 * SIDEBAND_MARGIN
@@ -293,20 +293,20 @@ fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), 
         return Err(Error::new(Code::TooShort, message)
             .with_hint("read the encoders more often, or turn more slowly"));
     }
-    let reachable = (1..)
-        .take_while(|&k| cells(k as f64 * highest) <= most)
+    let possible = (1..)
+        .take_while(|&k| cells(k as f64 * highest) <= max_cells)
         .take(1000);
-    let reachable = reachable.last().unwrap_or(0);
-    if let Some(asked) = options.multiples
-        && asked > reachable
+    let possible = possible.last().unwrap_or(0);
+    if let Some(requested) = options.multiples
+        && requested > possible
     {
         let message = format!(
-            "order {} (multiple {asked} of {}) is above {:.1}, the highest that these rows hold",
-            asked as f64 * highest,
+            "order {} (multiple {requested} of {}) is above {:.1}, the highest that these rows hold",
+            requested as f64 * highest,
             fastest.map_or("", |m| m.name.as_str()),
-            most / CELLS_PER_ORDER as f64
+            max_cells / CELLS_PER_ORDER as f64
         );
-        let hint = match reachable {
+        let hint = match possible {
             0 => "read the encoders more often, or turn more slowly".to_string(),
             n => format!("--harmonics {n} at most"),
         };
@@ -314,28 +314,28 @@ fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), 
     }
     let multiples = options
         .multiples
-        .unwrap_or(DEFAULT_MULTIPLES.min(reachable.max(1)));
-    let named = options
+        .unwrap_or(DEFAULT_MULTIPLES.min(possible.max(1)));
+    let highest_known = options
         .known_orders
         .declared
         .iter()
         .map(|n| n.0.to_f64())
         .fold(0.0, f64::max);
-    let wanted = cells(multiples as f64 * highest)
-        .max(cells(named))
-        .min(most);
-    // Whole cells in a pitch of the output, as far as the rows allow.
+    let required = cells(multiples as f64 * highest)
+        .max(cells(highest_known))
+        .min(max_cells);
+    // An integer number of cells per output pitch, within the limit of the rows.
     let pitch = options.teeth.output_teeth() as f64;
-    let per_pitch = (wanted / pitch).ceil();
-    let per_pitch = if per_pitch * pitch > most {
-        (most / pitch).floor()
+    let per_pitch = (required / pitch).ceil();
+    let per_pitch = if per_pitch * pitch > max_cells {
+        (max_cells / pitch).floor()
     } else {
         per_pitch
     };
     Ok((multiples, (per_pitch.max(1.0) * pitch) as usize))
 }
 
-/// Says which meshes lie above the band.
+/// Warns of meshes above the band.
 fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec<Diagnostic>) {
     let above: Vec<OrderSource> = options.teeth.meshes();
     let above: Vec<String> = above
@@ -349,8 +349,8 @@ fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec
             message: format!(
                 "{} above the highest order these rows hold, {band:.1}, and not looked for",
                 match &above[..] {
-                    [one] => format!("{one} lies"),
-                    many => format!("{} lie", many.join(", ")),
+                    [name] => format!("{name} lies"),
+                    names => format!("{} lie", names.join(", ")),
                 }
             ),
             hint: Some("read the encoders more often, or turn more slowly".into()),
@@ -358,33 +358,33 @@ fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec
     }
 }
 
-fn lost_counts_error(found: &[CountStep], rate_hz: Option<f64>) -> Error {
+fn lost_counts_error(steps: &[CountStep], rate_hz: Option<f64>) -> Error {
     const SHOWN: usize = 4;
-    let one = |j: &CountStep| {
-        let place = match rate_hz {
+    let located_step = |j: &CountStep| {
+        let position = match rate_hz {
             Some(rate) => format!("{:.4} s", j.row as f64 / rate),
             None => format!("row {}", j.row + 1),
         };
-        format!("{} at {place}", j.describe())
+        format!("{} at {position}", j.describe())
     };
-    let mut list: Vec<String> = found.iter().take(SHOWN).map(one).collect();
-    if found.len() > SHOWN {
-        list.push(format!("and {} more", found.len() - SHOWN));
+    let mut list: Vec<String> = steps.iter().take(SHOWN).map(located_step).collect();
+    if steps.len() > SHOWN {
+        list.push(format!("and {} more", steps.len() - SHOWN));
     }
     Error::new(Code::LostCounts, list.join(", ")).with_hint(
         "have the steps taken out with --repair, or take a segment without them: --after, --before",
     )
 }
 
-/// Signals of one direction over even cells, rad of the output.
+/// Transmission error of one direction over equal angle cells, rad of the output.
 struct DirectionSignal {
     forward: bool,
     order_error: AngularSignal,
-    /// Lead of the input over uniform rotation.
+    /// Deviation of the input from uniform rotation, rad of the output.
     input: Option<AngularSignal>,
 }
 
-/// Both directions over even cells, and the speed; angles of the output from `output_origin` turns on.
+/// Transmission error of both directions over equal angle cells, and the speed; `zero`: origin of the output angle, revolutions.
 fn resample_directions(
     rows: &dyn EncoderReadings,
     scales: EncoderScales,
@@ -397,7 +397,7 @@ fn resample_directions(
     let r = options.teeth.ratio().to_f64();
     let unit = r / TAU;
     let turns = |x: f64| x * unit - zero;
-    let room = |forward: bool| {
+    let range = |forward: bool| {
         let ends = runs.iter().filter(|run| run.forward == forward);
         ends.flat_map(|run| [run.input.0, run.input.1])
             .map(turns)
@@ -405,19 +405,19 @@ fn resample_directions(
                 Some(m.map_or((x, x), |(a, b)| (a.min(x), b.max(x))))
             })
     };
-    // What lies next to the run's ends is no more than rows that dither.
-    let open = |forward: bool, wanted: bool| {
-        let room = room(forward).filter(|_| wanted);
-        room.map(|(a, b)| AngularResampler::new(per_turn, a, b))
+    // Rows beyond the ends of the run are quantisation noise only.
+    let resampler = |forward: bool, enabled: bool| {
+        let ends = range(forward).filter(|_| enabled);
+        ends.map(|(a, b)| AngularResampler::new(per_turn, a, b))
             .transpose()
     };
-    let (mut up, mut down) = (open(true, true)?, open(false, true)?);
-    let wanted = options.input && options.rate_hz.is_some();
-    let (mut up_ahead, mut down_ahead) = (open(true, wanted)?, open(false, wanted)?);
-    let mut paces = options
+    let (mut fwd, mut bwd) = (resampler(true, true)?, resampler(false, true)?);
+    let enabled = options.input && options.rate_hz.is_some();
+    let (mut fwd_input, mut bwd_input) = (resampler(true, enabled)?, resampler(false, enabled)?);
+    let mut timer = options
         .rate_hz
         .map(|rate| PitchTimer::new(rate, options.teeth.output_teeth()));
-    let (mut places, mut values) = (Vec::new(), Vec::new());
+    let (mut positions, mut values) = (Vec::new(), Vec::new());
     for_each_block(rows, scales, |first, input, output| {
         let end = first + input.len();
         for run in runs {
@@ -429,56 +429,56 @@ fn resample_directions(
                 &input[low - first..high - first],
                 &output[low - first..high - first],
             );
-            places.clear();
-            places.extend(a.iter().map(|x| turns(*x)));
+            positions.clear();
+            positions.extend(a.iter().map(|x| turns(*x)));
             values.clear();
             values.extend(a.iter().zip(b).map(|(a, b)| b - r * a));
             remove_steps(&mut values, low, lost);
-            let (cells, ahead) = match run.forward {
-                true => (&mut up, &mut up_ahead),
-                false => (&mut down, &mut down_ahead),
+            let (cells, input_cells) = match run.forward {
+                true => (&mut fwd, &mut fwd_input),
+                false => (&mut bwd, &mut bwd_input),
             };
             if let Some(cells) = cells {
-                cells.push(&places, &values);
+                cells.push(&positions, &values);
             }
-            if let Some(ahead) = ahead {
-                // From the run's start on, at its mean pace.
-                let pace = (run.input.1 - run.input.0) / (run.rows.len() - 1) as f64;
-                let even = |row: usize| run.input.0 + pace * (row - run.rows.start) as f64;
+            if let Some(input_cells) = input_cells {
+                // Uniform rotation from the start of the run at its mean speed.
+                let increment = (run.input.1 - run.input.0) / (run.rows.len() - 1) as f64;
+                let uniform = |row: usize| run.input.0 + increment * (row - run.rows.start) as f64;
                 values.clear();
-                values.extend((low..).zip(a).map(|(row, x)| r * (x - even(row))));
-                ahead.push(&places, &values);
+                values.extend((low..).zip(a).map(|(row, x)| r * (x - uniform(row))));
+                input_cells.push(&positions, &values);
             }
-            if let Some(paces) = &mut paces {
-                paces.push(low, &places);
+            if let Some(timer) = &mut timer {
+                timer.push(low, &positions);
             }
         }
     })?;
     let mut signals = Vec::new();
-    for (forward, cells, ahead) in [(true, up, up_ahead), (false, down, down_ahead)] {
+    for (forward, cells, input_cells) in [(true, fwd, fwd_input), (false, bwd, bwd_input)] {
         match cells.map(AngularResampler::finish) {
             Some(Ok(error)) => signals.push(DirectionSignal {
                 forward,
                 order_error: error,
-                input: ahead.map(AngularResampler::finish).transpose()?,
+                input: input_cells.map(AngularResampler::finish).transpose()?,
             }),
-            // A short way back is no flank of its own.
+            // A direction below the minimum length is no flank.
             Some(Err(e)) if e.code != Code::TooShort => return Err(e),
             _ => {}
         }
     }
-    Ok((signals, paces.and_then(PitchTimer::finish)))
+    Ok((signals, timer.and_then(PitchTimer::finish)))
 }
 
-/// Takes the steps out that lie before these rows or among them.
+/// Subtracts the steps before and within these rows.
 fn remove_steps(values: &mut [f64], first: usize, lost: &[CountStep]) {
-    for jump in lost {
-        let from = jump.row.saturating_sub(first).min(values.len());
-        values[from..].iter_mut().for_each(|e| *e -= jump.step);
+    for step in lost {
+        let start = step.row.saturating_sub(first).min(values.len());
+        values[start..].iter_mut().for_each(|e| *e -= step.step);
     }
 }
 
-/// Turns of the output in which every shaft turns once.
+/// Output revolutions in which every shaft makes one revolution.
 fn turns_needed(options: &EvaluationOptions) -> f64 {
     let shafts = options.teeth.shafts();
     shafts
@@ -493,14 +493,14 @@ fn check_turns(
     per_turn: usize,
 ) -> Result<(), Error> {
     let needed = turns_needed(options);
-    let found = signals
+    let recorded = signals
         .first()
         .map_or(0.0, |s| s.order_error.values.len() as f64 / per_turn as f64);
-    if found >= needed {
+    if recorded >= needed {
         return Ok(());
     }
     let message = format!(
-        "the record covers {found:.3} turns of the output in one direction, where {needed:.3} are needed for one turn of every shaft"
+        "the record covers {recorded:.3} turns of the output in one direction, where {needed:.3} are needed for one turn of every shaft"
     );
     Err(Error::new(Code::TooShort, message).with_hint(format!(
         "record one turn of the slowest shaft and {:.3} turns of the output more, in one direction without a gap",

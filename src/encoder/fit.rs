@@ -1,8 +1,8 @@
 //! Joint least-squares fit of known orders, `e = c + Σ a_k cos o_k φ + b_k sin o_k φ`.
 //!
-//! Counted from the middle of the record cosines and sines are orthogonal to each other, and their products have closed sums:
-//! `Σ cos(θm) = sin(Nθ/2)/sin(θ/2)`; any number of turns is as good as a whole one. An order p/q is summed over q turns folded upon
-//! each other.
+//! About the middle of the record cosines and sines are orthogonal to each other, and their products have closed sums:
+//! `Σ cos(θm) = sin(Nθ/2)/sin(θ/2)`; the number of revolutions need not be an integer. The sums of an order p/q run over the record
+//! folded to q revolutions.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -14,23 +14,23 @@ use crate::numeric::symmetric::lu_solve;
 use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
-/// Waves and what they leave.
+/// Fitted mean and harmonic amplitudes, with the residual.
 #[derive(Debug, Clone)]
 pub struct HarmonicFit {
-    /// The mean.
+    /// Mean of the signal, rad.
     pub mean: f64,
-    /// `A e^{iψ}` of `A cos(o φ + ψ)`, φ the angle of the output from zero.
+    /// Complex amplitudes `A e^{iψ}` of `A cos(o φ + ψ)`, φ the output angle from zero, rad.
     pub waves: Vec<Complex>,
-    /// Variance of either quadrature of each wave, over that of the noise at a sample.
+    /// Variance of each quadrature of an amplitude, relative to the variance of the noise per sample.
     pub variance_factor: Vec<f64>,
-    /// Residual of the fit.
+    /// Residual of the fit, rad.
     pub residual: Vec<f64>,
 }
 
-/// Samples between two exact places of a turning pointer.
+/// Samples between exact evaluations of a recursive phasor.
 const PHASOR_RESTART: usize = 256;
 
-/// Fits waves.
+/// Least-squares fit of the mean and of all orders.
 ///
 /// # Errors
 /// Orders that the record does not distinguish.
@@ -38,7 +38,7 @@ pub fn fit_orders(signal: &AngularSignal, orders: &[CandidateOrder]) -> Result<H
     let (count, per_turn) = (signal.values.len(), signal.samples_per_rev as f64);
     let middle = signal.first as f64 + 0.5 * (count as f64 - 1.0);
     let mut folds = FoldedRecord::new(signal);
-    // Sums against waves whose zero is the middle of the record; order zero is the mean's.
+    // Correlations with phasors about the middle of the record; order zero is the mean.
     let sums: Vec<Complex> = std::iter::once(Complex::new(signal.values.iter().sum(), 0.0))
         .chain(orders.iter().map(|o| {
             let turns = (o.value * middle / per_turn).rem_euclid(1.0);
@@ -83,19 +83,19 @@ pub fn fit_orders(signal: &AngularSignal, orders: &[CandidateOrder]) -> Result<H
     })
 }
 
-/// Adds waves to a signal.
+/// Adds harmonics to a signal.
 pub fn add(signal: &mut AngularSignal, orders: &[CandidateOrder], waves: &[Complex]) {
     let waves: Vec<Complex> = waves.iter().map(|w| -w).collect();
     let mut values = std::mem::take(&mut signal.values);
-    let room = AngularSignal {
+    let zeros = AngularSignal {
         values: vec![0.0; values.len()],
         ..*signal
     };
-    FoldedRecord::new(&room).subtract_waves(orders, &waves, &mut values);
+    FoldedRecord::new(&zeros).subtract_waves(orders, &waves, &mut values);
     signal.values = values;
 }
 
-/// The solution, and the diagonal of the inverse.
+/// Solution of the linear system, and the diagonal of the inverse.
 fn solve_with_inverse_diagonal(
     a: &Matrix,
     right: impl Fn(usize) -> f64,
@@ -115,17 +115,17 @@ fn solve_with_inverse_diagonal(
     ))
 }
 
-/// Sums of a record over the places of a period of so many samples, the first at angle zero.
+/// Record folded over a period of so many samples: the sum at each position, the first at angle zero.
 pub fn fold(values: &[f64], first: i64, period: usize) -> Vec<f64> {
     let mut sums = vec![0.0; period];
-    for (part, at) in parts_by_period(values.len(), first, period) {
-        (sums[at..].iter_mut().zip(&values[part])).for_each(|(s, e)| *s += e);
+    for (segment, start) in period_segments(values.len(), first, period) {
+        (sums[start..].iter_mut().zip(&values[segment])).for_each(|(s, e)| *s += e);
     }
     sums
 }
 
-/// Samples of a record from one end of a period to the next, and the place in it of the first of them.
-fn parts_by_period(
+/// Segments of a record between ends of periods, each with the position of its first sample in the period.
+fn period_segments(
     count: usize,
     first: i64,
     period: usize,
@@ -140,10 +140,10 @@ fn parts_by_period(
     })
 }
 
-/// A record folded onto one period after another.
+/// Record with its folded sums by period.
 struct FoldedRecord<'a> {
     signal: &'a AngularSignal,
-    /// By turns of the output in the period: sums of what falls on each place of it.
+    /// Period, samples, and the sum at each position of the period.
     folded: Vec<(usize, Vec<f64>)>,
 }
 
@@ -155,77 +155,77 @@ impl<'a> FoldedRecord<'a> {
         }
     }
 
-    /// Samples after which an order repeats, if the record is longer.
+    /// Common period of an order and the output revolution, samples; `None` for records of less than two periods.
     fn period(&self, order: &CandidateOrder) -> Option<usize> {
-        let measure =
+        let divisor =
             Fraction::greatest_common_divisor([&Fraction::one(), &order.fraction].into_iter())?;
-        let samples = self.signal.samples_per_rev as f64 / measure.to_f64();
+        let samples = self.signal.samples_per_rev as f64 / divisor.to_f64();
         (samples <= 0.5 * self.signal.values.len() as f64).then_some(samples.round() as usize)
     }
 
-    /// `Σ e_m e^{−i o φ_m}`, angles from zero.
+    /// Correlation `Σ e_m e^{−i o φ_m}`, angles from zero.
     fn sum(&mut self, order: &CandidateOrder) -> Complex {
         let step = order.value / self.signal.samples_per_rev as f64;
         let Some(period) = self.period(order) else {
             return correlate(&self.signal.values, step, self.signal.first as f64);
         };
-        let at = self.folded.iter().position(|f| f.0 == period);
-        let at = at.unwrap_or_else(|| {
+        let index = self.folded.iter().position(|f| f.0 == period);
+        let index = index.unwrap_or_else(|| {
             let sums = fold(&self.signal.values, self.signal.first, period);
             self.folded.push((period, sums));
             self.folded.len() - 1
         });
-        correlate(&self.folded[at].1, step, 0.0)
+        correlate(&self.folded[index].1, step, 0.0)
     }
 
-    /// Takes waves off.
-    fn subtract_waves(&self, orders: &[CandidateOrder], waves: &[Complex], from: &mut [f64]) {
+    /// Subtracts harmonics.
+    fn subtract_waves(&self, orders: &[CandidateOrder], waves: &[Complex], values: &mut [f64]) {
         let mut tables: Vec<(usize, Vec<f64>)> = Vec::new();
         for (order, &wave) in orders.iter().zip(waves) {
             let step = order.value / self.signal.samples_per_rev as f64;
             let Some(period) = self.period(order) else {
-                subtract(from, wave, step, self.signal.first as f64);
+                subtract(values, wave, step, self.signal.first as f64);
                 continue;
             };
-            let at = tables.iter().position(|t| t.0 == period);
-            let at = at.unwrap_or_else(|| {
+            let index = tables.iter().position(|t| t.0 == period);
+            let index = index.unwrap_or_else(|| {
                 tables.push((period, vec![0.0; period]));
                 tables.len() - 1
             });
-            subtract(&mut tables[at].1, wave, step, 0.0);
+            subtract(&mut tables[index].1, wave, step, 0.0);
         }
-        // A table whose period goes into a longer one is added to that, so that the record is passed through once.
+        // A table whose period divides a longer one is added to the longer one, which saves a pass over the record.
         tables.sort_by_key(|t| t.0);
-        let mut kept: Vec<(usize, Vec<f64>)> = Vec::new();
+        let mut merged: Vec<(usize, Vec<f64>)> = Vec::new();
         for (period, table) in tables.into_iter().rev() {
-            match kept
+            match merged
                 .iter_mut()
                 .find(|longer| longer.0.is_multiple_of(period))
             {
-                Some((_, sums)) => sums.chunks_mut(period).for_each(|part| {
-                    part.iter_mut().zip(&table).for_each(|(s, t)| *s += t);
+                Some((_, sums)) => sums.chunks_mut(period).for_each(|segment| {
+                    segment.iter_mut().zip(&table).for_each(|(s, t)| *s += t);
                 }),
-                None => kept.push((period, table)),
+                None => merged.push((period, table)),
             }
         }
-        for (period, table) in kept {
-            for (part, at) in parts_by_period(from.len(), self.signal.first, period) {
-                (from[part].iter_mut().zip(&table[at..])).for_each(|(e, t)| *e += t);
+        for (period, table) in merged {
+            for (segment, start) in period_segments(values.len(), self.signal.first, period) {
+                (values[segment].iter_mut().zip(&table[start..])).for_each(|(e, t)| *e += t);
             }
         }
     }
 }
 
-/// The pointer `e^{i 2π step (first + m)}` over many m: exact every so often, turned on by products between.
+/// Phasors `e^{i 2π step (first + m)}` for m = 0, 1, …: exact at intervals, by recursive rotation between.
 fn phasors(count: usize, step: f64, first: f64) -> impl Iterator<Item = Complex> {
-    let turn = Complex::from_polar(1.0, TAU * step);
-    let mut pointer = Complex::ONE;
+    let rotation = Complex::from_polar(1.0, TAU * step);
+    let mut phasor = Complex::ONE;
     (0..count).map(move |m| {
-        pointer = match m % PHASOR_RESTART {
+        phasor = match m % PHASOR_RESTART {
             0 => Complex::from_polar(1.0, TAU * (step * (first + m as f64)).rem_euclid(1.0)),
-            _ => pointer * turn,
+            _ => phasor * rotation,
         };
-        pointer
+        phasor
     })
 }
 
@@ -238,9 +238,9 @@ fn correlate(values: &[f64], step: f64, first: f64) -> Complex {
     sum
 }
 
-fn subtract(from: &mut [f64], wave: Complex, step: f64, first: f64) {
-    let count = from.len();
-    for (e, p) in from.iter_mut().zip(phasors(count, step, first)) {
+fn subtract(values: &mut [f64], wave: Complex, step: f64, first: f64) {
+    let count = values.len();
+    for (e, p) in values.iter_mut().zip(phasors(count, step, first)) {
         *e -= wave.re * p.re - wave.im * p.im;
     }
 }
@@ -259,7 +259,7 @@ mod tests {
         }
     }
 
-    /// Waves of whole and broken orders come back to rounding from any number of turns and any start.
+    /// Waves of integer and fractional orders are recovered to rounding for any number of revolutions and any start.
     #[test]
     fn exact_waves() {
         let orders = [

@@ -1,78 +1,78 @@
 //! Candidate orders of a gear train: shafts, meshes, multiples, sidebands, as fractions.
 //!
-//! A record of T turns tells two orders apart that differ by 1/T or more; of nearer ones the first is fitted for all.
+//! A record of T revolutions resolves two orders that differ by 1/T or more; of closer orders only the first is fitted.
 
 use std::collections::HashMap;
 
 use super::gear_train::{GearTrain, OrderSource};
 use crate::numeric::fraction::Fraction;
 
-/// An order and what may make it.
+/// Order of a gear train and the names of its sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateOrder {
-    /// Per turn of the output.
+    /// Order per output revolution.
     pub fraction: Fraction,
-    /// The same as a number.
+    /// Order as a floating-point number.
     pub value: f64,
-    /// Names of the sources with exactly this order: more than one cannot be distinguished by any record of these two shafts at one speed.
+    /// Names of the sources with exactly this order, inseparable in any record of these two shafts at one speed.
     pub names: Vec<String>,
-    /// Orders too near to be resolved in this record.
+    /// Orders closer than the resolution of the record.
     pub unresolved: Vec<UnresolvedOrder>,
 }
 
-/// An order that this record does not tell from another.
+/// Order not resolved from another in the record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnresolvedOrder {
     /// Fraction and source of the order.
     pub name: String,
-    /// Turns of the output that would tell it.
+    /// Output revolutions required to resolve the order.
     pub turns: f64,
 }
 
-/// Orders that a model names, with what has them.
+/// Orders known from a model, with the names of their sources.
 #[derive(Debug, Clone, Default)]
 pub struct KnownOrders {
-    /// Orders of declared errors: fitted.
+    /// Orders of declared errors, always fitted.
     pub declared: Vec<(Fraction, String)>,
-    /// Orders of all shafts and meshes, between the encoders or not: searched for.
+    /// Orders of all shafts and meshes of the model, fitted if significant.
     pub possible: Vec<(Fraction, String)>,
 }
 
-/// Range of orders that a record can resolve.
+/// Order band of a record and its length, which limits the resolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderRange {
-    /// The highest order.
+    /// Highest order, per output revolution.
     pub band: f64,
-    /// Turns of the output.
+    /// Length of the record, output revolutions.
     pub turns: f64,
 }
 
-/// Share of 1/T by which two orders differ at least to be fitted both.
+/// Minimum difference of two fitted orders, as a multiple of 1/T.
 pub const MIN_SEPARATION: f64 = 0.9;
 
-/// Orders in the order of their weight: those to be fitted, then those to be looked for.
+/// Distinct candidate orders by decreasing priority.
 #[derive(Debug, Default)]
 pub struct OrderList {
     orders: Vec<CandidateOrder>,
-    places: HashMap<Fraction, usize>,
+    indices: HashMap<Fraction, usize>,
 }
 
 impl OrderList {
-    /// Adds an order, or a name to it.
+    /// Adds an order, or the name to an existing order.
     pub fn insert(&mut self, exact: Fraction, name: String) {
         let value = exact.to_f64();
         if exact.is_zero() || exact.is_negative() {
             return;
         }
-        match self.places.get(&exact) {
-            Some(&at) => {
-                let names = &mut self.orders[at].names;
+        match self.indices.get(&exact) {
+            Some(&index) => {
+                let names = &mut self.orders[index].names;
                 if !names.contains(&name) {
                     names.push(name);
                 }
             }
             None => {
-                self.places.insert(exact.clone(), self.orders.len());
+                self.indices.insert(exact.clone(), self.orders.len());
                 self.orders.push(CandidateOrder {
                     fraction: exact,
                     value,
@@ -83,11 +83,11 @@ impl OrderList {
         }
     }
 
-    /// Adds the shafts with two multiples, the meshes with `multiples`, and one sideband on either side.
+    /// Adds the shafts with two harmonics, the meshes with `multiples` harmonics, and their first-order sidebands.
     pub fn add_gear_train(&mut self, teeth: &GearTrain, multiples: usize) {
         let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
-        for one in shafts.iter().rev().chain(&meshes) {
-            self.insert(one.order.clone(), one.name.clone());
+        for source in shafts.iter().rev().chain(&meshes) {
+            self.insert(source.order.clone(), source.name.clone());
         }
         shafts.iter().rev().for_each(|s| self.multiple(s, 2));
         for k in 2..=multiples {
@@ -98,10 +98,10 @@ impl OrderList {
         }
     }
 
-    /// Also the multiples of each shaft up to half its teeth, and further sidebands.
+    /// Adds the multiples of each shaft up to half its tooth number, and sidebands of higher order.
     pub fn add_extended(&mut self, teeth: &GearTrain, multiples: usize) {
         const MAX_SIDEBANDS: usize = 4;
-        /// Beyond so many multiples of a shaft an unexplained line is not named after it.
+        /// Highest multiple of a shaft order.
         const MAX_COUNT: u32 = 200;
         let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
         let pairs = teeth.pairs();
@@ -122,15 +122,15 @@ impl OrderList {
         self.insert(order, times(n, &member.name));
     }
 
-    /// The n-th multiple of each mesh with its own two shafts on either side.
+    /// Sidebands of the n-th mesh harmonic at multiples of the orders of the two shafts in mesh.
     fn sidebands(&mut self, shafts: &[OrderSource], meshes: &[OrderSource], n: usize, side: usize) {
-        for (mesh, own) in meshes.iter().zip(shafts.windows(2)) {
+        for (mesh, pair) in meshes.iter().zip(shafts.windows(2)) {
             let carrier = &mesh.order * &Fraction::new(n as i64, 1);
-            for shaft in own {
-                let by = &shaft.order * &Fraction::new(side as i64, 1);
-                for (order, sign) in [(&carrier - &by, '−'), (&carrier + &by, '+')] {
-                    // What turns or meshes with an order is likelier to make it than a sideband.
-                    if !self.places.contains_key(&order) {
+            for shaft in pair {
+                let spacing = &shaft.order * &Fraction::new(side as i64, 1);
+                for (order, sign) in [(&carrier - &spacing, '−'), (&carrier + &spacing, '+')] {
+                    // A shaft or mesh of the same order is the more probable source.
+                    if !self.indices.contains_key(&order) {
                         let (a, b) = (times(n, &mesh.name), times(side, &shaft.name));
                         self.insert(order, format!("{a} {sign} {b}"));
                     }
@@ -139,23 +139,23 @@ impl OrderList {
         }
     }
 
-    /// Orders that a record can resolve, in addition to those fitted `already`; an order nearer than the resolution to one before it is
-    /// noted there.
-    pub fn resolve(self, reach: OrderRange, already: &mut [CandidateOrder]) -> Vec<CandidateOrder> {
-        let mut fresh: Vec<CandidateOrder> = Vec::new();
-        let least = MIN_SEPARATION / reach.turns;
+    /// Resolvable orders in addition to the `fitted` ones. An order closer than the resolution to an earlier one is recorded there as
+    /// unresolved.
+    pub fn resolve(self, range: OrderRange, fitted: &mut [CandidateOrder]) -> Vec<CandidateOrder> {
+        let mut resolved: Vec<CandidateOrder> = Vec::new();
+        let resolution = MIN_SEPARATION / range.turns;
         for order in self.orders {
-            // Below this the record is a constant.
-            if order.value > reach.band || order.value < least {
+            // An order below the resolution is indistinguishable from the mean.
+            if order.value > range.band || order.value < resolution {
                 continue;
             }
-            let near = |o: &&mut CandidateOrder| (o.value - order.value).abs() < least;
-            let known = already.iter_mut().chain(&mut fresh).find(near);
+            let is_close = |o: &&mut CandidateOrder| (o.value - order.value).abs() < resolution;
+            let known = fitted.iter_mut().chain(&mut resolved).find(is_close);
             match known {
                 Some(known) if known.fraction == order.fraction => {
                     let is_new = |n: &String| !known.names.contains(n) && !is_sideband(n);
-                    let news: Vec<String> = order.names.into_iter().filter(is_new).collect();
-                    known.names.extend(news);
+                    let new_names: Vec<String> = order.names.into_iter().filter(is_new).collect();
+                    known.names.extend(new_names);
                 }
                 Some(known) => {
                     let turns = 1.0 / (known.value - order.value).abs();
@@ -164,10 +164,10 @@ impl OrderList {
                         turns,
                     });
                 }
-                None => fresh.push(order),
+                None => resolved.push(order),
             }
         }
-        fresh
+        resolved
     }
 }
 
@@ -194,7 +194,7 @@ mod tests {
         list.resolve(reach, &mut Vec::new())
     }
 
-    /// 21:63: one turn of the pinion is a third of the wheel's: the third multiple of the wheel has its order, exactly.
+    /// 21:63: the order of the pinion equals the third multiple of the wheel.
     #[test]
     fn exact_coincidence() {
         let teeth = GearTrain::parse("21:63").unwrap();
@@ -215,10 +215,10 @@ mod tests {
         assert!(more.iter().any(|o| o.names == ["4 × output"]));
     }
 
-    /// 21:64: the pinion's 64/21 lies 1/21 next to the wheel's third multiple: distinguished by 21 turns, noted in 5.
+    /// 21:64: the pinion order 64/21 is 1/21 from the third multiple of the wheel: resolved in 21 revolutions, unresolved in 5.
     #[test]
     fn exact_nearness() {
-        let one = |turns: f64| {
+        let resolved_in = |turns: f64| {
             let mut fitted = resolve("21:64", turns);
             let mut more = OrderList::default();
             more.add_extended(&GearTrain::parse("21:64").unwrap(), 3);
@@ -227,7 +227,7 @@ mod tests {
             let input = fitted.into_iter().find(|o| o.names[0] == "input").unwrap();
             (input, fresh)
         };
-        let (short, fresh) = one(5.0);
+        let (short, fresh) = resolved_in(5.0);
         assert!(
             short
                 .unresolved
@@ -235,7 +235,7 @@ mod tests {
                 .any(|n| n.name.contains("3 × output") && (n.turns - 21.0).abs() < 1e-9)
         );
         assert!(!fresh.iter().any(|o| o.names[0] == "3 × output"));
-        let (long, fresh) = one(21.5);
+        let (long, fresh) = resolved_in(21.5);
         assert!(long.unresolved.is_empty());
         assert!(fresh.iter().any(|o| o.names[0] == "3 × output"));
     }

@@ -1,8 +1,8 @@
 //! Synchronous average of each shaft, `ē(θ) = 1/K Σ_k e(θ + 2πk)`.
 //!
-//! In few turns the waves of the other shafts do not average out, and what stays of them hardly changes from turn to turn, so that no
-//! scatter tells of it. The fitted orders that are no multiples of the shaft are therefore taken off first, and those that are come as
-//! they are: what is averaged is the residual r of the fit, of whose square ē leaves `Σ r² − K Σ ē²`.
+//! Over few revolutions the orders of other shafts do not average out, and their remainder hardly varies between revolutions, so that
+//! the scatter does not contain it. The average is therefore that of the residual r of the order fit, plus the fitted multiples of the
+//! shaft order; the residual variance follows from `Σ r² − K Σ ē²`.
 
 use std::f64::consts::TAU;
 
@@ -17,23 +17,23 @@ use crate::spectrum::rotation::interpolation::{
     HALF_KERNEL, InterpolationWeights, SincInterpolator,
 };
 
-/// The mean turn of a shaft.
+/// Synchronous average of the transmission error over one shaft revolution.
 #[derive(Debug, Clone)]
 pub struct ShaftAverage {
-    /// Such as `input`.
+    /// Name of the shaft, such as `input`.
     pub shaft: String,
-    /// One turn over the angle of that shaft, from its mark where it has one, rad.
+    /// Average over the angle of the shaft, from its index mark if present, rad of the output.
     pub values: Vec<f64>,
-    /// Turns averaged, `K`.
+    /// Number of revolutions averaged, `K`.
     pub revolutions: usize,
-    /// Standard error of the average at each angle, where what is left does not repeat, rad.
+    /// Standard error of the average at each angle, for a residual without periodicity, rad of the output.
     pub standard_error: f64,
 }
 
-/// Fewer cells a turn of a shaft show less than its second multiple.
+/// Minimum number of cells per shaft revolution, for two harmonics.
 const MIN_CELLS: f64 = 8.0;
 
-/// Averages of every shaft that turns twice or more, the output first. `input` is where the input's angle is zero, turns of the output.
+/// Synchronous averages of all shafts with two revolutions or more, output first; `input`: origin of the input angle, output revolutions.
 pub fn shaft_averages(
     signal: &AngularSignal,
     fitted: &HarmonicFit,
@@ -42,46 +42,46 @@ pub fn shaft_averages(
     input: f64,
 ) -> Vec<ShaftAverage> {
     let mean_square = |values: &[f64]| dot(values, values) / values.len() as f64;
-    let square = mean_square(&fitted.residual);
-    let mut all = Vec::new();
-    for member in teeth.shafts().into_iter().rev() {
-        let zero = if member.name == "input" { input } else { 0.0 };
-        let Some((values, revolutions)) = mean_turn(signal, &fitted.residual, &member.order, zero)
+    let variance = mean_square(&fitted.residual);
+    let mut averages = Vec::new();
+    for shaft in teeth.shafts().into_iter().rev() {
+        let zero = if shaft.name == "input" { input } else { 0.0 };
+        let Some((values, revolutions)) = mean_turn(signal, &fitted.residual, &shaft.order, zero)
         else {
             continue;
         };
-        let left = square - mean_square(&values);
-        let (own, waves): (Vec<CandidateOrder>, Vec<Complex>) = (orders.iter().zip(&fitted.waves))
+        let residual_variance = variance - mean_square(&values);
+        let (terms, waves) = (orders.iter().zip(&fitted.waves))
             .map(|(o, w)| {
                 let multiple = CandidateOrder {
-                    fraction: &o.fraction / &member.order,
-                    value: o.value / member.order.to_f64(),
+                    fraction: &o.fraction / &shaft.order,
+                    value: o.value / shaft.order.to_f64(),
                     ..o.clone()
                 };
                 (multiple, w * Complex::from_polar(1.0, TAU * o.value * zero))
             })
             .filter(|(multiple, _)| multiple.fraction.is_integer())
-            .unzip();
-        let mut turn = AngularSignal {
+            .unzip::<_, _, Vec<_>, Vec<_>>();
+        let mut average = AngularSignal {
             samples_per_rev: values.len(),
             first: 0,
             values,
         };
-        add(&mut turn, &own, &waves);
-        all.push(ShaftAverage {
-            shaft: member.name,
-            values: turn.values,
+        add(&mut average, &terms, &waves);
+        averages.push(ShaftAverage {
+            shaft: shaft.name,
+            values: average.values,
             revolutions,
-            // Free of bias, over K − 1 of K turns.
-            standard_error: (left.max(0.0) / (revolutions - 1) as f64).sqrt(),
+            // Unbiased with K − 1 degrees of freedom of K revolutions.
+            standard_error: (residual_variance.max(0.0) / (revolutions - 1) as f64).sqrt(),
         });
     }
-    all
+    averages
 }
 
-/// The mean turn of a shaft, from its zero at `zero` turns, and the number of turns; nothing of fewer than two.
+/// Synchronous average of the residual from the origin `zero`, output revolutions, and the number of revolutions; `None` for fewer than two.
 ///
-/// Where the record holds twice the turns after which shaft and output meet again, it is averaged over these before it is resampled.
+/// A record of two common periods of shaft and output or more is averaged over the common period before it is resampled.
 fn mean_turn(
     signal: &AngularSignal,
     residual: &[f64],
@@ -94,29 +94,29 @@ fn mean_turn(
         return None;
     }
     let per_turn = cells.ceil() as usize;
-    let again = order.parts().and_then(|(own, turns)| {
+    let common = order.parts().and_then(|(shaft_turns, turns)| {
         let period = usize::try_from(turns)
             .ok()?
             .checked_mul(signal.samples_per_rev)?;
-        (period <= residual.len() / 2).then_some((usize::try_from(own).ok()?, period))
+        (period <= residual.len() / 2).then_some((usize::try_from(shaft_turns).ok()?, period))
     });
-    let (source, turns) = match again {
-        // A turn of the output from its zero: the cells themselves.
+    let (source, turns) = match common {
+        // The output angle from its origin needs no resampling.
         Some((1, period)) if period == per_turn && zero == 0.0 => {
             return Some((mean_over(residual, signal.first, period), revolutions));
         }
-        Some((own, period)) => {
+        Some((shaft_turns, period)) => {
             let mean = mean_over(residual, signal.first, period);
-            let reach = HALF_KERNEL + 1;
-            let before = period - reach % period;
-            let round = mean.into_iter().cycle().skip(before);
+            let margin = HALF_KERNEL + 1;
+            let before = period - margin % period;
+            let periodic = mean.into_iter().cycle().skip(before);
             (
                 AngularSignal {
-                    first: -(reach as i64),
-                    values: round.take(period + 2 * reach).collect(),
+                    first: -(margin as i64),
+                    values: periodic.take(period + 2 * margin).collect(),
                     ..*signal
                 },
-                own,
+                shaft_turns,
             )
         }
         None => (
@@ -127,51 +127,51 @@ fn mean_turn(
             usize::MAX,
         ),
     };
-    let mut turning = over_shaft_angle(&source, order, zero, per_turn);
-    let turns = turns.min(turning.revolutions());
-    turning.values.truncate(turns * per_turn);
-    let revolutions = if again.is_some() { revolutions } else { turns };
+    let mut resampled = over_shaft_angle(&source, order, zero, per_turn);
+    let turns = turns.min(resampled.revolutions());
+    resampled.values.truncate(turns * per_turn);
+    let revolutions = if common.is_some() { revolutions } else { turns };
     (turns > 0 && revolutions > 1).then(|| {
-        let mean = mean_over(&turning.values, turning.first, per_turn);
+        let mean = mean_over(&resampled.values, resampled.first, per_turn);
         (mean, revolutions)
     })
 }
 
-/// Mean over each place of a period that a record holds at least once, the first at angle zero.
+/// Mean of each position of a period, the first at angle zero; the record covers one period or more.
 fn mean_over(values: &[f64], first: i64, period: usize) -> Vec<f64> {
     let start = first.rem_euclid(period as i64) as usize;
-    let (whole, rest) = (values.len() / period, values.len() % period);
-    let count = |place: usize| whole + usize::from((place + period - start) % period < rest);
+    let (periods, extra) = (values.len() / period, values.len() % period);
+    let count = |k: usize| periods + usize::from((k + period - start) % period < extra);
     let sums = fold(values, first, period);
-    let mean = |(place, sum): (usize, f64)| sum / count(place) as f64;
+    let mean = |(k, sum): (usize, f64)| sum / count(k) as f64;
     sums.into_iter().enumerate().map(mean).collect()
 }
 
-/// Phases of the kernel that are tabulated at most, 80 weights each.
+/// Maximum number of tabulated kernel phases, 80 weights each.
 const MAX_PHASES: i64 = 1 << 14;
 
-/// Values that a thread computes at a time.
+/// Number of values per task of a thread.
 const CHUNK: i64 = 1 << 16;
 
-/// A signal over the angle of a shaft that turns `order` times as often, its zero at `zero` turns.
+/// Signal resampled over the angle of a shaft of the given order, with its origin at `zero` output revolutions.
 ///
-/// Orders are fractions, so that values fall on few phases between two cells: each phase has one set of weights.
+/// Orders are fractions: the interpolation has few phases between two cells, each with one set of weights.
 fn over_shaft_angle(
     signal: &AngularSignal,
     order: &Fraction,
     zero: f64,
     per_turn: usize,
 ) -> AngularSignal {
-    let (n, reach) = (signal.samples_per_rev as f64, HALF_KERNEL as f64);
+    let (n, margin) = (signal.samples_per_rev as f64, HALF_KERNEL as f64);
     let origin = zero * n - signal.first as f64;
-    // Cells from one value to the next.
+    // Spacing of the values, cells.
     let step = &Fraction::new(signal.samples_per_rev as i64, per_turn as i64) / order;
     let cells = step.to_f64();
-    let first = ((reach - origin) / cells).ceil() as i64;
-    let last = ((signal.values.len() as f64 - 1.0 - reach - origin) / cells).floor() as i64;
+    let first = ((margin - origin) / cells).ceil() as i64;
+    let last = ((signal.values.len() as f64 - 1.0 - margin - origin) / cells).floor() as i64;
     let kernel = SincInterpolator::default();
     let phases = step.parts().filter(|(_, count)| *count <= MAX_PHASES);
-    let phases = phases.map(|(top, count)| KernelPhases::new(&kernel, origin, top, count));
+    let phases = phases.map(|(p, count)| KernelPhases::new(&kernel, origin, p, count));
     let value = |i: i64| match &phases {
         Some(phases) => phases.value_at(&signal.values, i),
         None => kernel.value_at(&signal.values, i as f64 * cells + origin, 1.0),
@@ -187,16 +187,16 @@ fn over_shaft_angle(
     }
 }
 
-/// Weights at the positions `origin + i top/count`, in samples, for any i.
+/// Interpolation weights at the positions `origin + i numerator/count`, samples.
 struct KernelPhases {
-    top: i64,
+    numerator: i64,
     count: i64,
-    /// By `i top` modulo `count`.
+    /// Weights by `i numerator` modulo `count`.
     weights: Vec<InterpolationWeights>,
 }
 
 impl KernelPhases {
-    fn new(kernel: &SincInterpolator, origin: f64, top: i64, count: i64) -> KernelPhases {
+    fn new(kernel: &SincInterpolator, origin: f64, numerator: i64, count: i64) -> KernelPhases {
         let weights = (0..count).map(|phase| {
             let position = origin + phase as f64 / count as f64;
             let mut weights = kernel.weights_at(position - position.floor());
@@ -204,23 +204,23 @@ impl KernelPhases {
             weights
         });
         KernelPhases {
-            top,
+            numerator,
             count,
             weights: weights.collect(),
         }
     }
 
-    /// The value at position i, where the kernel lies within the samples.
+    /// Interpolated value at position i; the kernel lies within the samples.
     fn value_at(&self, samples: &[f64], i: i64) -> f64 {
-        let (whole, phase) = (
-            (i * self.top).div_euclid(self.count),
-            (i * self.top).rem_euclid(self.count),
+        let (offset, phase) = (
+            (i * self.numerator).div_euclid(self.count),
+            (i * self.numerator).rem_euclid(self.count),
         );
         let InterpolationWeights { first, weights } = &self.weights[phase as usize];
-        // Rounding may let the last weight, next to nothing, fall beyond the ends.
-        let from = (whole + first).max(0) as usize;
-        let within = &samples[from.min(samples.len())..];
-        dot(weights, &within[..weights.len().min(within.len())])
+        // By rounding the last weight, nearly zero, may lie beyond the ends.
+        let start = (offset + first).max(0) as usize;
+        let covered = &samples[start.min(samples.len())..];
+        dot(weights, &covered[..weights.len().min(covered.len())])
     }
 }
 
@@ -228,8 +228,8 @@ impl KernelPhases {
 mod tests {
     use super::*;
 
-    /// Over whole cycles the other waves average out: the mean turn is the shaft's own wave, from its zero on, whatever starts and ends the
-    /// record.
+    /// Over complete cycles the orders of other shafts average out: the average is the wave of the shaft from its origin, for any start
+    /// and end of the record.
     #[test]
     fn exact_mean_turn_of_cycles() {
         let (order, zero) = (Fraction::new(5, 3), 0.377);
@@ -239,18 +239,18 @@ mod tests {
                 first,
                 values: Vec::new(),
             };
-            let own = |turns: f64| (TAU * 2.0 * turns + 0.4).cos();
+            let wave = |turns: f64| (TAU * 2.0 * turns + 0.4).cos();
             let residual: Vec<f64> = (0..count)
                 .map(|i| {
                     let turns = signal.angle(i) / TAU;
                     let others = (TAU * turns).cos() + (TAU * 4.0 / 3.0 * turns + 1.0).sin();
-                    own((turns - zero) * 5.0 / 3.0) + if count == 3 * 576 { others } else { 0.0 }
+                    wave((turns - zero) * 5.0 / 3.0) + if count == 3 * 576 { others } else { 0.0 }
                 })
                 .collect();
             let (mean, turns) = mean_turn(&signal, &residual, &order, zero).unwrap();
             assert_eq!((mean.len(), turns), (116, count * 5 / 576));
             for (i, e) in mean.iter().enumerate() {
-                let expected = own(i as f64 / 116.0);
+                let expected = wave(i as f64 / 116.0);
                 assert!((e - expected).abs() < 2e-4, "{i}: {e} {expected}");
             }
         }

@@ -8,34 +8,34 @@ use super::readings::{EncoderReadings, EncoderScales, for_each_block};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Points of a record kept for its survey.
+/// Maximum number of survey points of a record.
 const POINTS: usize = 4096;
 
-/// Rows over which the pace is taken.
+/// Rows over which the angle increment is averaged.
 const INCREMENT_ROWS: usize = 16;
 
-/// A shaft has turned back when it went so many steps of its encoder the other way, and so much of a turn.
+/// Backward rotation that counts as a reversal, in encoder steps and in revolutions; both apply.
 const REVERSAL_THRESHOLD: (f64, f64) = (8.0, 1e-3);
 
-/// Rest limit of a shaft, in steps of its encoder, and in turns: a reading at an edge goes a count back and forth.
+/// Rest band of a shaft, in encoder steps and in revolutions: a reading at the edge of a count alternates between two counts.
 const MAX_REST_STEPS: (f64, f64) = (2.5, 1.25e-4);
 
-/// Minimum length of a rest in rows, and as a multiple of the time it takes to turn as far at the mean speed.
+/// Minimum duration of a rest, in rows and as a multiple of the time of rotation through the rest band at mean speed.
 const MIN_REST_ROWS: (usize, f64) = (16, 4.0);
 
-/// A segment in which the input turns one way.
+/// Segment of a record with one direction of input rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionRun {
     /// Rows of the run.
     pub rows: Range<usize>,
-    /// It turns up.
+    /// True where the input angle increases.
     pub forward: bool,
-    /// Angle of the input at its ends, rad.
+    /// Angle of the input at both ends of the run, rad.
     pub input: (f64, f64),
 }
 
 impl DirectionRun {
-    /// Travel of the input, rad.
+    /// Rotation of the input over the run, rad.
     pub fn travel(&self) -> f64 {
         (self.input.1 - self.input.0).abs()
     }
@@ -44,136 +44,136 @@ impl DirectionRun {
 /// Directions, speeds and rest periods of a record.
 #[derive(Debug, Clone)]
 pub struct RecordSurvey {
-    /// Runs in one direction, in their order.
+    /// Direction runs in the order of time.
     pub runs: Vec<DirectionRun>,
-    /// The largest turn of the input in one row, averaged over a few, rad.
+    /// Largest input rotation per row, averaged over 16 rows, rad.
     pub max_increment: f64,
-    /// Rows, input and output angle, at even distances.
+    /// Row, input angle and output angle, rad, at equally spaced rows.
     pub points: Vec<(usize, f64, f64)>,
-    /// Rows at either end in which the input is at rest; they belong to no run.
+    /// Number of rows at rest at the beginning and at the end, outside of all runs.
     pub still: [usize; 2],
 }
 
-/// The ratio of a record.
+/// Measured transmission ratio of a record and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredRatio {
-    /// Turns of the output for one of the input; negative where the encoders count against each other.
+    /// Output revolutions per input revolution; negative for encoders of opposite counting directions.
     pub value: f64,
-    /// Relative uncertainty: the smallest drift over the record that is distinguishable from the error itself.
+    /// Relative uncertainty: the smallest drift over the record that exceeds the transmission error.
     pub relative_uncertainty: f64,
 }
 
-/// Looks at every row once.
+/// Surveys a record in one pass over the rows.
 ///
 /// # Errors
-/// Readings that cannot be read or are no numbers; `NoSignal` where nothing turns.
+/// Readings that cannot be read or are no numbers; `NoSignal`: the input does not rotate.
 pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<RecordSurvey, Error> {
     let count = rows.n_rows();
-    let back = (REVERSAL_THRESHOLD.0 * scales.input.step).max(REVERSAL_THRESHOLD.1 * TAU);
-    let every = count.div_ceil(POINTS).max(1);
-    let mut found = RecordSurvey {
+    let reversal = (REVERSAL_THRESHOLD.0 * scales.input.step).max(REVERSAL_THRESHOLD.1 * TAU);
+    let spacing = count.div_ceil(POINTS).max(1);
+    let mut result = RecordSurvey {
         runs: Vec::new(),
         max_increment: 0.0,
         points: Vec::with_capacity(POINTS + 1),
         still: [0, 0],
     };
-    let still = (MAX_REST_STEPS.0 * scales.input.step).max(MAX_REST_STEPS.1 * TAU);
-    // Where the first run leaves its first angle, and where the last one comes to its last.
-    let mut left = (0, 0.0);
-    // The farthest the run has come, and where it began.
+    let rest_band = (MAX_REST_STEPS.0 * scales.input.step).max(MAX_REST_STEPS.1 * TAU);
+    // Row and angle at the end of the rest before the first run.
+    let mut rest_end = (0, 0.0);
+    // The run in progress.
     let mut run: Option<RunTracker> = None;
-    // Angles of the rows before, and the farthest from there to the same place of the next.
+    // Angles of the preceding rows, and the largest increments over `INCREMENT_ROWS` rows.
     let mut recent = [f64::NAN; INCREMENT_ROWS];
-    let mut farthest = [0.0; INCREMENT_ROWS];
+    let mut increments = [0.0; INCREMENT_ROWS];
     let mut next = 0;
     for_each_block(rows, scales, |first, input, output| {
         while next < first + input.len() {
-            let at = next - first;
-            found.points.push((next, input[at], output[at]));
-            next += every;
+            let i = next - first;
+            result.points.push((next, input[i], output[i]));
+            next += spacing;
         }
-        // Blocks are whole multiples of these rows.
+        // Block lengths are multiples of `INCREMENT_ROWS`.
         for rows in input.chunks(INCREMENT_ROWS) {
-            for ((&angle, before), most) in rows.iter().zip(&mut recent).zip(&mut farthest) {
-                let way = (angle - *before).abs();
-                *most = if way > *most { way } else { *most };
-                *before = angle;
+            for ((&angle, previous), max) in rows.iter().zip(&mut recent).zip(&mut increments) {
+                let increment = (angle - *previous).abs();
+                *max = if increment > *max { increment } else { *max };
+                *previous = angle;
             }
         }
         for (i, &angle) in input.iter().enumerate() {
             let row = first + i;
-            let turning = run.get_or_insert(RunTracker::revolutions_at(row, angle));
-            if turning.forward.is_none() && (angle - turning.start.1).abs() <= still {
-                left = (row, angle);
+            let tracker = run.get_or_insert(RunTracker::new(row, angle));
+            if tracker.forward.is_none() && (angle - tracker.start.1).abs() <= rest_band {
+                rest_end = (row, angle);
             }
-            if let Some(done) = turning.see(row, angle, back, still) {
-                found.runs.push(done);
+            if let Some(finished) = tracker.push(row, angle, reversal, rest_band) {
+                result.runs.push(finished);
             }
         }
     })?;
-    found.max_increment = farthest.into_iter().fold(0.0, f64::max) / INCREMENT_ROWS as f64;
-    if let Some(turning) = run {
-        let came = turning.came;
-        found.runs.extend(turning.end(count));
-        found.trim(left, came, still);
+    result.max_increment = increments.into_iter().fold(0.0, f64::max) / INCREMENT_ROWS as f64;
+    if let Some(tracker) = run {
+        let last_advance = tracker.last_advance;
+        result.runs.extend(tracker.end(count));
+        result.trim(rest_end, last_advance, rest_band);
     }
-    if found.runs.is_empty() {
+    if result.runs.is_empty() {
         let message = "the input does not turn";
         return Err(Error::new(Code::NoSignal, message).with_hint(
             "check whether this is its channel: `geardyn check LOG` shows what each holds",
         ));
     }
-    Ok(found)
+    Ok(result)
 }
 
-/// A run being followed.
+/// State of the direction run in progress: rows and angles, rad.
 struct RunTracker {
     start: (usize, f64),
     far: (usize, f64),
-    /// Last row that was farther than those before by more than a shaft at rest moves.
-    came: (usize, f64),
+    /// Last row and angle of an advance by more than the rest band.
+    last_advance: (usize, f64),
     forward: Option<bool>,
 }
 
 impl RunTracker {
-    fn revolutions_at(row: usize, angle: f64) -> RunTracker {
+    fn new(row: usize, angle: f64) -> RunTracker {
         RunTracker {
             start: (row, angle),
             far: (row, angle),
-            came: (row, angle),
+            last_advance: (row, angle),
             forward: None,
         }
     }
 
-    /// One more row; the run that it ends, if it does.
-    fn see(&mut self, row: usize, angle: f64, back: f64, still: f64) -> Option<DirectionRun> {
+    /// Adds a row; returns the run that ends at a reversal.
+    fn push(&mut self, row: usize, angle: f64, reversal: f64, band: f64) -> Option<DirectionRun> {
         let Some(forward) = self.forward else {
-            if (angle - self.start.1).abs() > back {
+            if (angle - self.start.1).abs() > reversal {
                 self.forward = Some(angle > self.start.1);
                 self.far = (row, angle);
-                self.came = self.far;
+                self.last_advance = self.far;
             }
             return None;
         };
-        let beyond = if forward {
+        let advance = if forward {
             angle - self.far.1
         } else {
             self.far.1 - angle
         };
-        if (angle - self.came.1).abs() > still && beyond > 0.0 {
-            self.came = (row, angle);
+        if (angle - self.last_advance.1).abs() > band && advance > 0.0 {
+            self.last_advance = (row, angle);
         }
-        if beyond > 0.0 {
+        if advance > 0.0 {
             self.far = (row, angle);
-        } else if -beyond > back {
-            let done = self.run(forward);
+        } else if -advance > reversal {
+            let finished = self.run(forward);
             *self = RunTracker {
                 start: self.far,
                 far: (row, angle),
-                came: (row, angle),
+                last_advance: (row, angle),
                 forward: Some(!forward),
             };
-            return Some(done);
+            return Some(finished);
         }
         None
     }
@@ -194,39 +194,39 @@ impl RunTracker {
 }
 
 impl RecordSurvey {
-    /// Removes rows at both ends in which the input is at rest: up to where it `left` its first angle, from where it `came` to its last.
-    fn trim(&mut self, left: (usize, f64), came: (usize, f64), still: f64) {
-        let rests = |run: &DirectionRun, rows: usize| {
+    /// Removes the rests at both ends: rows up to `rest_end`, and rows after `last_advance`.
+    fn trim(&mut self, rest_end: (usize, f64), last_advance: (usize, f64), band: f64) {
+        let is_rest = |run: &DirectionRun, rows: usize| {
             let moving = run.rows.len().saturating_sub(rows) as f64;
-            rows >= MIN_REST_ROWS.0 && rows as f64 > MIN_REST_ROWS.1 * moving * still / run.travel()
+            rows >= MIN_REST_ROWS.0 && rows as f64 > MIN_REST_ROWS.1 * moving * band / run.travel()
         };
         if let Some(run) = self.runs.first_mut() {
-            let rows = left.0.saturating_sub(run.rows.start);
-            if rests(run, rows) {
-                (run.rows.start, run.input.0) = left;
+            let rows = rest_end.0.saturating_sub(run.rows.start);
+            if is_rest(run, rows) {
+                (run.rows.start, run.input.0) = rest_end;
                 self.still[0] = rows;
             }
         }
         if let Some(run) = self.runs.last_mut() {
-            let rows = run.rows.end.saturating_sub(came.0 + 1);
-            if rests(run, rows) {
-                (run.rows.end, run.input.1) = (came.0 + 1, came.1);
+            let rows = run.rows.end.saturating_sub(last_advance.0 + 1);
+            if is_rest(run, rows) {
+                (run.rows.end, run.input.1) = (last_advance.0 + 1, last_advance.1);
                 self.still[1] = rows;
             }
         }
     }
 
-    /// Points inside a run.
+    /// Survey points of a run.
     fn points_in(&self, run: &DirectionRun) -> impl Iterator<Item = &(usize, f64, f64)> {
         self.points.iter().filter(|p| run.rows.contains(&p.0))
     }
 
-    /// Turns of the output for one of the input, by a straight line through each run, the longer ones counting more.
+    /// Transmission ratio as the common slope of straight lines through all runs, by least squares.
     ///
     /// # Errors
-    /// `NoSignal`: the output does not turn.
+    /// `NoSignal`: the output does not rotate.
     pub fn ratio(&self, steps: (f64, f64)) -> Result<MeasuredRatio, Error> {
-        let (mut square, mut product, mut rest, mut n) = (0.0, 0.0, 0.0, 0.0);
+        let (mut square, mut product, mut residual, mut n) = (0.0, 0.0, 0.0, 0.0);
         let mut centred: Vec<(f64, f64)> = Vec::new();
         for run in &self.runs {
             let count = self.points_in(run).count() as f64;
@@ -242,7 +242,7 @@ impl RecordSurvey {
         }
         let value = product / square;
         for (x, y) in &centred {
-            rest += (y - value * x).powi(2);
+            residual += (y - value * x).powi(2);
             n += 1.0;
         }
         if !(value.abs() > 0.0 && value.is_finite()) {
@@ -251,34 +251,34 @@ impl RecordSurvey {
                 "check whether this is its channel: `geardyn check LOG` shows what each holds",
             ));
         }
-        // Six times what is left next to a straight line: a wave of one period leaves a slope of 4.4 times that.
-        const WAVE: f64 = 6.0;
-        let reach = self
+        // Six times the rms residual: one period of a sine over the run has a slope of 4.4 times its rms residual.
+        const DRIFT_FACTOR: f64 = 6.0;
+        let travel = self
             .runs
             .iter()
             .map(DirectionRun::travel)
             .fold(0.0, f64::max);
-        let drift =
-            WAVE * (rest / f64::max(n, 1.0)).sqrt() + 2.0 * (steps.1 + steps.0 * value.abs());
+        let drift = DRIFT_FACTOR * (residual / f64::max(n, 1.0)).sqrt()
+            + 2.0 * (steps.1 + steps.0 * value.abs());
         Ok(MeasuredRatio {
             value,
-            relative_uncertainty: drift / (reach * value.abs()),
+            relative_uncertainty: drift / (travel * value.abs()),
         })
     }
 
-    /// Refuses a record whose ratio is not that of the teeth: other teeth, or slip.
+    /// Rejects a record whose ratio differs from the tooth ratio by other tooth numbers or by slip.
     ///
     /// # Errors
-    /// `RatioMismatch`, saying the measured ratio; `Slip`, saying where.
+    /// `RatioMismatch` with the measured ratio; `Slip` with the location.
     pub fn check_ratio(
         &self,
         teeth: &GearTrain,
-        found: MeasuredRatio,
+        measured: MeasuredRatio,
         rate_hz: Option<f64>,
     ) -> Result<(), Error> {
         let declared = teeth.ratio().to_f64();
-        let off = found.value.abs() / declared - 1.0;
-        if off.abs() <= found.relative_uncertainty {
+        let deviation = measured.value.abs() / declared - 1.0;
+        if deviation.abs() <= measured.relative_uncertainty {
             return Ok(());
         }
         let pairs: Vec<String> = teeth
@@ -287,18 +287,18 @@ impl RecordSurvey {
             .map(|p| format!("{}:{}", p.0, p.1))
             .collect();
         let pairs = pairs.join(",");
-        let said = format!(
+        let comparison = format!(
             "the output turns {:.9} times for one turn of the input, and {pairs} makes {declared:.9} ({:+.2e} relative)",
-            found.value.abs(),
-            off
+            measured.value.abs(),
+            deviation
         );
-        if let Some((row, share)) = self.slip(declared, found.value, off) {
-            let place = match rate_hz {
+        if let Some((row, share)) = self.slip(declared, measured.value, deviation) {
+            let position = match rate_hz {
                 Some(rate) => format!("{:.4} s", row as f64 / rate),
                 None => format!("row {}", row + 1),
             };
             let message = format!(
-                "something slips: {said}; {share:.0} % of the difference arises near {place}"
+                "something slips: {comparison}; {share:.0} % of the difference arises near {position}"
             );
             return Err(Error::new(Code::Slip, message)
                 .with_hint("check couplings, clamps and belts; take a segment in which nothing slips: --after, --before"));
@@ -309,33 +309,33 @@ impl RecordSurvey {
             .map(|p| p.0.max(p.1))
             .max()
             .unwrap_or(1);
-        let near = nearest_tooth_ratio(
-            found.value.abs(),
-            found.relative_uncertainty,
+        let nearest = nearest_tooth_ratio(
+            measured.value.abs(),
+            measured.relative_uncertainty,
             u64::from(largest.max(100)) * 2,
         );
-        let near = near.map_or(String::new(), |(a, b)| format!(": that is {a}:{b}"));
-        let times = found.value.abs() / declared;
-        let whole = times.max(1.0 / times);
-        let is_whole =
-            whole > 1.5 && (whole / whole.round() - 1.0).abs() <= found.relative_uncertainty;
-        if is_whole {
+        let nearest = nearest.map_or(String::new(), |(a, b)| format!(": that is {a}:{b}"));
+        let ratio = measured.value.abs() / declared;
+        let factor = ratio.max(1.0 / ratio);
+        let is_integer =
+            factor > 1.5 && (factor / factor.round() - 1.0).abs() <= measured.relative_uncertainty;
+        if is_integer {
             let message = format!(
-                "{said}, {} by exactly {whole:.0}",
-                if times > 1.0 { "too many" } else { "too few" }
+                "{comparison}, {} by exactly {factor:.0}",
+                if ratio > 1.0 { "too many" } else { "too few" }
             );
             return Err(Error::new(Code::RatioMismatch, message).with_hint(
                 "a whole factor comes from the encoders: check --lines and --counts-per-line of both, then --teeth",
             ));
         }
-        Err(Error::new(Code::RatioMismatch, format!("{said}{near}"))
+        Err(Error::new(Code::RatioMismatch, format!("{comparison}{nearest}"))
             .with_hint("check --teeth (driver first), --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
     }
 
-    /// Location of the difference, if it does not arise evenly: the row, and the share of it in that eighth of its run, per cent.
-    fn slip(&self, declared: f64, measured: f64, off: f64) -> Option<(usize, f64)> {
+    /// Location of a slip: the first row of the eighth of the longest run with the largest share of the difference, and that share, %.
+    fn slip(&self, declared: f64, measured: f64, deviation: f64) -> Option<(usize, f64)> {
         const SECTIONS: usize = 8;
-        /// Other teeth make an eighth of the difference in each section; a slip makes most of it in one or two.
+        /// Largest share of a section by other tooth numbers, nominally 1/8; a slip is concentrated in one or two sections.
         const MAX_SECTION_SPREAD: f64 = 0.3;
         let run = self
             .runs
@@ -346,62 +346,62 @@ impl RecordSurvey {
         let ideal = declared * measured.signum();
         let drift =
             |a: &(usize, f64, f64), b: &(usize, f64, f64)| (b.2 - a.2) - ideal * (b.1 - a.1);
-        let whole = drift(first, last);
-        let at = |k: usize| points[k * (points.len() - 1) / SECTIONS];
-        let shares = (0..SECTIONS).map(|k| (at(k).0, drift(at(k), at(k + 1)) / whole));
-        let most = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        // No pair of wheels is mistaken for one that differs by less than this.
-        const TEETH: f64 = 0.2;
-        (most.1 > MAX_SECTION_SPREAD && off.abs() < TEETH).then_some((most.0, 100.0 * most.1))
+        let total = drift(first, last);
+        let point = |k: usize| points[k * (points.len() - 1) / SECTIONS];
+        let shares = (0..SECTIONS).map(|k| (point(k).0, drift(point(k), point(k + 1)) / total));
+        let max = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // A larger relative deviation is another gear pair.
+        const MAX_SLIP: f64 = 0.2;
+        (max.1 > MAX_SECTION_SPREAD && deviation.abs() < MAX_SLIP).then_some((max.0, 100.0 * max.1))
     }
 }
 
 impl RecordSurvey {
-    /// The runs without what follows a reversal until the play is taken up and a tooth has passed; `pitch` of the input, rad.
+    /// Runs without the take-up of the backlash and one tooth pitch after each reversal; `pitch`: of the input, rad.
     pub fn after_take_up(&self, ratio: f64, pitch: f64) -> Vec<DirectionRun> {
-        /// Margin of the take-up angle over the backlash that shows.
+        /// Margin of the take-up angle over the measured backlash.
         const TAKE_UP_MARGIN: f64 = 1.5;
-        let level = |run: &DirectionRun| {
-            let mut all: Vec<f64> = self.points_in(run).map(|p| p.2 - ratio * p.1).collect();
-            let middle = all.len() / 2;
-            all.sort_by(f64::total_cmp);
-            all.get(middle).copied()
+        let median_error = |run: &DirectionRun| {
+            let mut errors: Vec<f64> = self.points_in(run).map(|p| p.2 - ratio * p.1).collect();
+            let middle = errors.len() / 2;
+            errors.sort_by(f64::total_cmp);
+            errors.get(middle).copied()
         };
-        let mut settled = Vec::with_capacity(self.runs.len());
-        let mut before = None;
+        let mut trimmed_runs = Vec::with_capacity(self.runs.len());
+        let mut previous = None;
         for run in &self.runs {
-            let here = level(run);
-            let mut kept = run.clone();
-            if let (Some(before), Some(here)) = (before, here) {
-                let play = f64::abs(here - before) / ratio.abs();
-                let skip = TAKE_UP_MARGIN * play + pitch;
-                let passed = |p: &&(usize, f64, f64)| (p.1 - run.input.0).abs() > skip;
-                match self.points_in(run).find(passed) {
-                    Some(&(row, input, _)) => (kept.rows.start, kept.input.0) = (row, input),
-                    None => kept.rows.start = kept.rows.end,
+            let current = median_error(run);
+            let mut trimmed = run.clone();
+            if let (Some(previous), Some(current)) = (previous, current) {
+                let backlash = f64::abs(current - previous) / ratio.abs();
+                let skip = TAKE_UP_MARGIN * backlash + pitch;
+                let is_loaded = |p: &&(usize, f64, f64)| (p.1 - run.input.0).abs() > skip;
+                match self.points_in(run).find(is_loaded) {
+                    Some(&(row, input, _)) => (trimmed.rows.start, trimmed.input.0) = (row, input),
+                    None => trimmed.rows.start = trimmed.rows.end,
                 }
             }
-            before = here.or(before);
-            settled.push(kept);
+            previous = current.or(previous);
+            trimmed_runs.push(trimmed);
         }
-        settled.retain(|run| run.rows.len() > 1);
-        settled
+        trimmed_runs.retain(|run| run.rows.len() > 1);
+        trimmed_runs
     }
 }
 
-/// The fraction of smallest numbers within `relative_uncertainty` of a ratio, by its continued fraction.
-fn nearest_tooth_ratio(ratio: f64, known_to: f64, most: u64) -> Option<(u64, u64)> {
-    let (mut top, mut bottom) = ((1u64, ratio.floor() as u64), (0u64, 1u64));
-    let mut rest = ratio - ratio.floor();
-    const MIN_COUNT: f64 = 1e-6;
-    while (top.1 as f64 / bottom.1 as f64 / ratio - 1.0).abs() > known_to.max(MIN_COUNT) {
-        let whole = (1.0 / rest).floor();
-        rest = 1.0 / rest - whole;
-        let step = |(a, b): (u64, u64)| Some((b, (whole as u64).checked_mul(b)?.checked_add(a)?));
-        (top, bottom) = (step(top)?, step(bottom)?);
-        if top.1 > most || bottom.1 > most || !rest.is_finite() {
+/// Tooth numbers up to `max_teeth` whose ratio lies within a relative tolerance, by continued fraction.
+fn nearest_tooth_ratio(ratio: f64, tolerance: f64, max_teeth: u64) -> Option<(u64, u64)> {
+    let (mut p, mut q) = ((1u64, ratio.floor() as u64), (0u64, 1u64));
+    let mut frac = ratio - ratio.floor();
+    const MIN_TOLERANCE: f64 = 1e-6;
+    while (p.1 as f64 / q.1 as f64 / ratio - 1.0).abs() > tolerance.max(MIN_TOLERANCE) {
+        let term = (1.0 / frac).floor();
+        frac = 1.0 / frac - term;
+        let step = |(a, b): (u64, u64)| Some((b, (term as u64).checked_mul(b)?.checked_add(a)?));
+        (p, q) = (step(p)?, step(q)?);
+        if p.1 > max_teeth || q.1 > max_teeth || !frac.is_finite() {
             return None;
         }
     }
-    (top.1 > 0).then_some((top.1, bottom.1))
+    (p.1 > 0).then_some((p.1, q.1))
 }

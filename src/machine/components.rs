@@ -11,12 +11,12 @@ use crate::scene::model::{
     Axis, BranchDamping, ErrorCause, GlobalDamping, MeshSprings, StiffnessVariation,
 };
 
-/// A whole machine before anything is eliminated or linearised.
+/// Machine model before elimination of rigid joints and linearisation.
 #[derive(Debug, Clone, Default)]
 pub struct Machine {
     /// Elements named in the file, in its order.
     pub elements: Vec<Element>,
-    /// Places where motion is described.
+    /// Nodes, each with its axes of motion.
     pub nodes: Vec<Node>,
     /// Coordinates, grouped by node.
     pub dofs: Vec<Dof>,
@@ -28,65 +28,65 @@ pub struct Machine {
     pub supports: Vec<Support>,
     /// Gyroscopic terms, which depend on the mean speed of a node.
     pub gyroscopic: Vec<GyroscopicTerms>,
-    /// Lasting part of the torques, N·m, by degree of freedom.
+    /// Long-term loads by degree of freedom, N·m or N.
     pub loads: Vec<(usize, f64)>,
-    /// The torques over time, by degree of freedom, each with its place in the file.
+    /// Load histories by degree of freedom, each with its source span.
     pub histories: Vec<(usize, LoadHistory, SourceSpan)>,
-    /// Motors that drive by speed.
+    /// Motors.
     pub motors: Vec<MotorDrive>,
-    /// Dry friction.
+    /// Dry friction elements.
     pub friction_elements: Vec<FrictionElement>,
     /// Errors of gears, couplings, belts and screws.
     pub errors: Vec<GeometricError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
-    /// Gears of planetary stages that may carry errors in addition to `gears`: planets, and a fixed sun or ring.
+    /// Gears of planetary stages with errors, in addition to `gears`: planets, and a fixed sun or ring.
     pub members: Vec<StageMember>,
     /// Mean speeds stated in the file: degree of freedom, rad/s. The first is the reference.
     pub speeds: Vec<(usize, f64)>,
-    /// Damping of no element.
+    /// Global damping of the machine.
     pub damping: GlobalDamping,
-    /// Diagnostics of the elements for the reader of a result.
+    /// Diagnostics of the elements, reported with the results.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A bearing along one axis: spring, dashpot and cross terms are branches, and what it exerts there is a sum over them.
+/// Bearing along one axis; the support force is the sum over its branches: spring, dashpot and cross-coupling terms.
 #[derive(Debug, Clone)]
 pub struct Support {
-    /// The bearing.
+    /// Index of the bearing element.
     pub element: usize,
-    /// Along or about it.
+    /// Axis of the force or moment.
     pub axis: Axis,
     /// Relative displacement of the ends along the axis.
     pub deflection: Direction,
-    /// Branches with the share of their force that acts there.
+    /// Branch indices with the share of the branch force along the axis.
     pub forces: Vec<(usize, f64)>,
 }
 
-/// A named thing of the file.
+/// Machine element named in the file.
 #[derive(Debug, Clone)]
 pub struct Element {
     /// Name.
     pub name: String,
     /// Table of the element: `shaft`, `gear_pair`, ….
     pub kind: &'static str,
-    /// Place of the name in the file.
+    /// Source span of the name.
     pub span: SourceSpan,
 }
 
-/// A place where motion is described.
+/// Node of the machine, with up to six degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Node {
     /// Name.
     pub name: String,
-    /// The element that made it.
+    /// Index of the element of the node.
     pub element: usize,
 }
 
 /// A degree of freedom: an axis of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dof {
-    /// Node.
+    /// Node index.
     pub node: usize,
     /// Axis.
     pub axis: Axis,
@@ -95,47 +95,47 @@ pub struct Dof {
 /// A term `m v vᵀ` of the mass matrix.
 #[derive(Debug, Clone)]
 pub struct Mass {
-    /// Whose it is.
+    /// Element index.
     pub element: usize,
-    /// kg·m² along rotations, kg along displacements.
+    /// Moment of inertia, kg·m², for rotations; mass, kg, for displacements.
     pub value: f64,
-    /// v.
+    /// Direction v.
     pub direction: Direction,
 }
 
 /// A connection that resists one deformation `δ = wᵀ q`.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// Whose it is.
+    /// Element index.
     pub element: usize,
-    /// Which part of the element, where it has several.
+    /// Name of the connection within its element, if the element has several.
     pub part: Option<String>,
-    /// w.
+    /// Deflection direction w.
     pub direction: Direction,
-    /// w of the coast flank, where it differs from the drive flank's.
+    /// Deflection direction w of the coast flank, if different from the drive flank.
     pub coast: Option<Direction>,
-    /// u, where the force does not act along w.
+    /// Force direction u, if different from w.
     pub force: Option<Direction>,
     /// Force law of the branch.
     pub law: BranchLaw,
-    /// Play, in the unit of δ; zero: none.
+    /// Backlash, m or rad; zero: none.
     pub backlash: f64,
-    /// Damping law of the contact as it opens.
+    /// Damping law of the opening and closing contact.
     pub contact_damping: Option<ContactDamping>,
-    /// Stiffness over the mesh cycle.
+    /// Periodic stiffness over the mesh cycle.
     pub stiffness_variation: Option<StiffnessVariation>,
-    /// Force over deflection, where it is not linear; the stiffness of `law` is then its secant at the rated deflection.
+    /// Nonlinear force–deflection characteristic; the stiffness of `law` is its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
-    /// Springs that follow the load, for methods that locate events.
+    /// Load-dependent springs, for methods that locate events.
     pub mesh_springs: Option<MeshSprings>,
 }
 
-/// Motor that drives a degree of freedom by its speed.
+/// Motor on a degree of freedom: torque–speed curve or prescribed motion.
 #[derive(Debug, Clone)]
 pub struct MotorDrive {
-    /// Whose it is.
+    /// Element index.
     pub element: usize,
-    /// The degree of freedom.
+    /// Degree of freedom of the motor.
     pub dof: usize,
     /// Motor model.
     pub drive: MotorModel,
@@ -144,11 +144,11 @@ pub struct MotorDrive {
 /// Dry friction along a direction.
 #[derive(Debug, Clone)]
 pub struct FrictionElement {
-    /// Whose it is.
+    /// Element index.
     pub element: usize,
-    /// Direction.
+    /// Sliding direction.
     pub direction: Direction,
-    /// Friction law: of a clutch at its largest capacity, of what is pressed for a capacity of one.
+    /// Friction law: of a clutch at its largest capacity, of load-dependent friction for a capacity of 1.
     pub friction: FrictionLaw,
     /// Capacity of the dry friction.
     pub grip: FrictionCapacity,
@@ -157,161 +157,161 @@ pub struct FrictionElement {
 /// Capacity of dry friction: constant, timed or load-dependent.
 #[derive(Debug, Clone)]
 pub enum FrictionCapacity {
-    /// Nothing: it is the same always.
+    /// Constant capacity.
     Constant,
-    /// Time: shares of the largest.
+    /// Capacity over time, as a share of the largest.
     Timed(LoadHistory),
-    /// Forces of the machine itself.
+    /// Capacity from forces of the machine.
     Pressed(LoadDependentCapacity),
 }
 
-/// A capacity `C₀ + μ l |N|`.
+/// Load-dependent friction capacity `C₀ + μ l |N|`.
 #[derive(Debug, Clone)]
 pub struct LoadDependentCapacity {
-    /// C₀, N·m.
+    /// Constant capacity C₀, N·m.
     pub constant: f64,
-    /// μ times a lever, m; of teeth μ alone, their lever being that of the path.
+    /// Coefficient of friction times lever μ l, m; of teeth μ alone, with the lever of the path.
     pub coefficient: f64,
-    /// Components of N: forces of branches, so much of each.
+    /// Components of N: branch indices with the share of their force.
     pub force_components: Vec<Vec<(usize, f64)>>,
     /// Path of the tooth contact.
     pub path: Option<ToothFrictionPath>,
 }
 
-/// Path of the tooth contact, and the effect of its friction other than on the gears' rotation against each other.
+/// Path of the tooth contact with the sliding directions and levers of its friction.
 #[derive(Debug, Clone)]
 pub struct ToothFrictionPath {
     /// Sliding direction at the pitch point, for drive flanks and for coast flanks.
     pub pitch_point_sliding: [Direction; 2],
-    /// Levers over the mesh cycle.
+    /// Segments of the mesh cycle with the friction levers.
     pub pieces: Vec<MeshCycleSegment>,
-    /// Degree of freedom and tooth number of the mesh cycle, and its phase at zero, rad; absent: levers are constant.
+    /// Degree of freedom and tooth number of the mesh cycle, and the phase at zero, rad; absent: constant levers.
     pub cycle: Option<(usize, u32, f64)>,
 }
 
-/// An error that repeats with every turn of a gear, a coupling, a belt or a screw, in some branches.
+/// Periodic geometric error of a gear, a coupling, a belt or a screw, in one or more branches.
 #[derive(Debug, Clone)]
 pub struct GeometricError {
-    /// The node or element it is declared on, with the pair where one is named.
+    /// Node or element of the declaration, with the pair if named.
     pub location: String,
-    /// The node or element alone.
+    /// Node or element of the declaration, without the pair.
     pub element: String,
-    /// Place of the declaration.
+    /// Source span of the declaration.
     pub span: SourceSpan,
     /// Cause of the error.
     pub cause: ErrorCause,
-    /// The degree of freedom whose turn it repeats with.
+    /// Degree of freedom whose rotation sets the period.
     pub rotation_dof: usize,
-    /// The degree of freedom that carries the mesh round.
+    /// Degree of freedom of the planet carrier of the mesh.
     pub carrier: Option<usize>,
-    /// Periods of the shape a turn, as a fraction: 1/1 but of belts, whose joint passes once a turn of the belt, and of screws whose
-    /// error is known over a travel.
+    /// Periods of the waveform per revolution, as a fraction: 1/1 except for belts, one period per belt revolution, and for screws with a
+    /// table over the travel.
     pub periods_per_rev: (i64, i64),
-    /// Branches it acts in.
+    /// Action of the error in each branch.
     pub acts: Vec<ErrorAction>,
-    /// One period, in m, of couplings in rad; positive: the driven end leads.
+    /// One period of the error, m; rad for couplings; positive: the driven end leads.
     pub waveform: Waveform,
-    /// The same where the stiffness of its branches is averaged over their mesh cycle, if that makes a difference.
+    /// Waveform for stiffness averaged over the mesh cycle, if different.
     pub averaged: Option<Waveform>,
-    /// True for a known phase in the turn.
+    /// True for a known phase.
     pub phase_known: bool,
-    /// Half the width of what the amplitude may be, relative to it.
+    /// Relative tolerance ± of the amplitude.
     pub tolerance: f64,
-    /// Assumption behind the amplitude, where a grade was given in its place.
+    /// Assumption behind an amplitude derived from a tolerance grade.
     pub assumed: Option<String>,
 }
 
-/// Action of an error in one branch: it takes `gain · waveform(φ + phase)` from its deflection.
+/// Action of a geometric error in one branch: the deflection decreases by `gain · waveform(φ + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorAction {
-    /// The branch.
+    /// Branch index.
     pub branch: usize,
-    /// On the drive flank and on the coast flank.
+    /// Transfer to the drive flank and to the coast flank.
     pub flanks: [FlankTransfer; 2],
 }
 
 /// Transfer of an error to the line of action of a flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankTransfer {
-    /// Unit of the branch's deflection per unit of the error.
+    /// Branch deflection per unit of error.
     pub gain: f64,
-    /// Phase of the error in its period at the flank, rad.
+    /// Phase shift of the error at the flank, rad of the period.
     pub phase: f64,
 }
 
 /// Force–deflection law of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BranchLaw {
-    /// δ = 0.
+    /// Rigid joint, δ = 0.
     Rigid,
-    /// `F = k δ + losses`.
+    /// Linear spring with damping, `F = k δ + damping force`.
     Linear {
-        /// k, N/m or N·m/rad.
+        /// Stiffness k, N/m or N·m/rad.
         stiffness: f64,
         /// Damping of the branch.
         loss: BranchDamping,
     },
 }
 
-/// Terms proportional to the mean speed Ω of a node.
+/// Gyroscopic and centripetal terms from the mean speed Ω of a node.
 #[derive(Debug, Clone)]
 pub struct GyroscopicTerms {
-    /// Whose it is.
+    /// Element index.
     pub element: usize,
     /// The degree of freedom whose mean speed is Ω.
     pub turning: usize,
-    /// `G[a, b] += g Ω`, `G[b, a] −= g Ω`.
+    /// Entries a, b, g of the gyroscopic matrix: `G[a, b] += g Ω`, `G[b, a] −= g Ω`.
     pub gyroscopic: Vec<(usize, usize, f64)>,
-    /// v and m of `K −= m Ω² v vᵀ`.
+    /// Centripetal stiffness `K −= m Ω² v vᵀ`: v and m.
     pub centripetal: Vec<(Direction, f64)>,
-    /// The degree of freedom that points outwards and m r, kg·m, of a mass that a carrier takes round at the radius r.
+    /// Outward radial degree of freedom, and m r, kg·m, of a mass on a carrier at the radius r.
     pub outwards: Option<(usize, f64)>,
-    /// x and y of a body about the axis of a frame that turns at Ω.
+    /// Degrees of freedom x and y of a body on the axis of a frame rotating at Ω.
     pub across: Option<[usize; 2]>,
 }
 
 /// A toothed or eccentric member that excites orders of its own rotation.
 #[derive(Debug, Clone)]
 pub struct Gear {
-    /// The element it belongs to.
+    /// Element index.
     pub element: usize,
-    /// The degree of freedom it turns with.
+    /// Degree of freedom of the gear rotation.
     pub rotation_dof: usize,
     /// Number of teeth; `None` for pulleys.
     pub teeth: Option<u32>,
-    /// The degree of freedom its mesh turns with relative to it: the carrier of a planetary stage.
+    /// Degree of freedom of the planet carrier that rotates the mesh position.
     pub carrier: Option<usize>,
-    /// The branches its teeth act in.
+    /// Branch indices of the tooth contacts.
     pub branches: Vec<usize>,
     /// Geometry of the gear in each of its meshes; none for pulleys.
     pub seats: Vec<MeshGeometry>,
 }
 
-/// A gear of a planetary stage by its name: `stage.planet_1`, `stage.sun`, `stage.ring`.
+/// Gear of a planetary stage, named `stage.planet_1`, `stage.sun`, `stage.ring`.
 #[derive(Debug, Clone)]
 pub struct StageMember {
     /// Name.
     pub name: String,
     /// Gear; for a fixed member, the rotating part is the carrier.
     pub gear: Gear,
-    /// It is fixed to ground.
+    /// True for a member fixed to ground.
     pub is_fixed: bool,
 }
 
 /// Geometry of a gear in one of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshGeometry {
-    /// Angle of the mesh round the gear's axis, from its x to its y, rad.
+    /// Angular position of the mesh about the gear axis, from x to y, rad.
     pub angle: f64,
-    /// Deflection per displacement of the gear along x and y: on the drive flank, on the coast flank.
+    /// Deflection per unit displacement of the gear along x and y: on the drive flank, on the coast flank.
     pub across: [[f64; 2]; 2],
-    /// Deflection per displacement along its axis, on the drive flank.
+    /// Deflection per unit axial displacement, on the drive flank.
     pub along: f64,
-    /// Deflection per arc ahead on the pitch circle: the lever of the tooth force over the radius of the pitch circle.
+    /// Deflection per unit arc of the pitch circle: lever of the tooth force divided by the pitch radius.
     pub lever: f64,
-    /// Normal module, m, and radius of the pitch circle, m, of a pair of parallel axes; tolerances are stated for these.
+    /// Normal module, m, and pitch radius, m, of a cylindrical pair, the basis of tolerances.
     pub cylindrical: Option<[f64; 2]>,
-    /// The module is given, so that lengths mean something.
+    /// True with a given module, which defines the scale of lengths.
     pub has_module: bool,
 }
 
@@ -327,7 +327,7 @@ impl Machine {
         (0..self.dofs.len()).map(|dof| self.dof_name(dof)).collect()
     }
 
-    /// The degree of freedom called `node.axis`, or `node` for its rotation, of a slide for its travel.
+    /// Degree of freedom named `node.axis`, or `node` for the rotation (of a slide the translation).
     pub fn dof(&self, name: &str) -> Option<usize> {
         let find = |node: &str, axis: &str| {
             self.dofs
@@ -340,13 +340,13 @@ impl Machine {
             .or_else(|| find(name, "z").filter(|&dof| self.is_slide(dof)))
     }
 
-    /// The degree of freedom is that of a slide.
+    /// True for the degree of freedom of a slide.
     pub fn is_slide(&self, dof: usize) -> bool {
         let node = &self.nodes[self.dofs[dof].node];
         self.elements[node.element].kind == "slide"
     }
 
-    /// Name of a branch: its element's, with the part where it has several.
+    /// Branch name: element name, followed by the connection name if the element has several.
     pub fn branch_name(&self, branch: usize) -> String {
         let Branch { element, part, .. } = &self.branches[branch];
         match part {
@@ -355,22 +355,21 @@ impl Machine {
         }
     }
 
-    /// The support called `stem`, such as `front x`; of a bearing with one axis its name will do.
+    /// Index of the support named `stem`, such as `front x`; the bearing name suffices for a bearing with one axis.
     pub fn support(&self, stem: &str) -> Option<usize> {
         let name = |s: &Support| &self.elements[s.element].name;
-        let whole = |s: &Support| format!("{} {}", name(s), s.axis.name()) == stem;
-        let own = |at: &usize| name(&self.supports[*at]) == stem;
-        let mut alone = (0..self.supports.len()).filter(own);
-        self.supports
-            .iter()
-            .position(whole)
-            .or_else(|| match (alone.next(), alone.next()) {
-                (Some(only), None) => Some(only),
+        let matches_axis = |s: &Support| format!("{} {}", name(s), s.axis.name()) == stem;
+        let matches_bearing = |index: &usize| name(&self.supports[*index]) == stem;
+        let mut candidates = (0..self.supports.len()).filter(matches_bearing);
+        self.supports.iter().position(matches_axis).or_else(|| {
+            match (candidates.next(), candidates.next()) {
+                (Some(index), None) => Some(index),
                 _ => None,
-            })
+            }
+        })
     }
 
-    /// Some degree of freedom is neither a rotation about a shaft nor the travel of a slide.
+    /// True if any degree of freedom is neither a shaft rotation nor the translation of a slide.
     pub fn is_lateral(&self) -> bool {
         let lateral = |i: usize| self.dofs[i].axis != Axis::Theta && !self.is_slide(i);
         (0..self.dofs.len()).any(lateral)

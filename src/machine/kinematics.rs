@@ -1,4 +1,4 @@
-//! Rigid joints eliminated in exact fractions; rigid-body motions and mean speeds.
+//! Kinematics of the train: elimination of rigid joints in exact fractions, rigid-body motions, mean speeds.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,20 +9,20 @@ use crate::numeric::exact_constraints::{ConstraintEffect, ExactConstraints};
 use crate::numeric::fraction::Fraction;
 use crate::scene::model::Axis;
 
-/// The machine's rigid joints, solved.
+/// Solved kinematic constraints of the rigid joints.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     constraints: ExactConstraints,
-    /// Degrees of freedom that stay, in order.
+    /// Independent degrees of freedom, in ascending order.
     pub independent_dofs: Vec<usize>,
     number: HashMap<usize, usize>,
 }
 
 impl Kinematics {
-    /// Solves every rigid joint.
+    /// Eliminates the constraint of every rigid joint.
     ///
     /// # Errors
-    /// Ratios that contradict each other round a loop, naming the loop and the mismatch.
+    /// Contradictory ratios in a closed loop, with the loop and both ratios.
     pub fn new(machine: &Machine) -> Result<Kinematics, Error> {
         let mut constraints = ExactConstraints::new(machine.dofs.len());
         for (index, branch) in machine.branches.iter().enumerate() {
@@ -49,7 +49,7 @@ impl Kinematics {
         })
     }
 
-    /// A row over all degrees of freedom in the degrees of freedom that stay.
+    /// Linear form over all degrees of freedom, expressed in the independent ones.
     pub fn reduce_row(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
         self.constraints
             .reduce_row(row)
@@ -58,7 +58,7 @@ impl Kinematics {
             .collect()
     }
 
-    /// A degree of freedom in the degrees of freedom that stay.
+    /// Linear combination of independent degrees of freedom equal to one degree of freedom.
     pub fn in_independent_dofs(&self, dof: usize) -> Vec<(usize, f64)> {
         self.constraints
             .combination(dof)
@@ -67,7 +67,7 @@ impl Kinematics {
             .collect()
     }
 
-    /// The motions over all degrees of freedom that deform none of `branches`.
+    /// Rigid-body motions over all degrees of freedom, without deformation of `branches`.
     pub fn undeformed_motions<'a>(
         &self,
         branches: impl Iterator<Item = &'a Branch>,
@@ -75,10 +75,10 @@ impl Kinematics {
         self.null_space(branches.map(|branch| branch.direction.terms.as_slice()))
     }
 
-    /// The motions over all degrees of freedom that leave every row, `Σ coefficient · q`, at zero.
+    /// Null space of the linear forms `rows`, `Σ coefficient · q`, over all degrees of freedom.
     pub fn null_space<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> RigidMotions {
         let mut constraints = self.constraints.clone();
-        // Short rows first: what ground holds drops out before meshes are looked at.
+        // Short rows first: grounded degrees of freedom cancel before the meshes are processed.
         let mut rows: Vec<&[(usize, f64)]> = rows.collect();
         rows.sort_by_key(|row| row.len());
         for row in rows {
@@ -91,34 +91,34 @@ impl Kinematics {
     }
 }
 
-/// Motions that deform nothing, in exact fractions.
+/// Rigid-body motions in exact fractions, without elastic deformation.
 #[derive(Debug, Clone)]
 pub struct RigidMotions {
     constraints: ExactConstraints,
-    /// One degree of freedom a motion: the one that is 1 in it and 0 in the others.
+    /// Free degree of freedom of each motion: 1 in that motion, 0 in all others.
     pub free: Vec<usize>,
 }
 
 impl RigidMotions {
-    /// The motions, each over all `n` degrees of freedom.
+    /// Basis of the rigid-body motions, each over all `n` degrees of freedom.
     pub fn basis(&self, n: usize) -> Vec<Vec<f64>> {
-        let at: HashMap<usize, usize> =
+        let number: HashMap<usize, usize> =
             self.free.iter().enumerate().map(|(k, &j)| (j, k)).collect();
         let mut basis = vec![vec![0.0; n]; self.free.len()];
         for i in 0..n {
             for (j, a) in self.constraints.combination(i) {
-                basis[at[&j]][i] = a;
+                basis[number[&j]][i] = a;
             }
         }
         basis
     }
 
-    /// The exact ratio of two degrees of freedom, such as `-37/12`, where one motion moves both and no other does.
-    pub fn ratio(&self, of: usize, to: usize) -> Option<String> {
-        self.constraints.ratio_text(of, to)
+    /// Exact ratio of two degrees of freedom, such as `-37/12`, if exactly one motion moves both.
+    pub fn ratio(&self, dof: usize, reference: usize) -> Option<String> {
+        self.constraints.ratio_text(dof, reference)
     }
 
-    /// The speeds of all degrees of freedom that follow from stated ones.
+    /// Speeds of all degrees of freedom, rad/s, from the stated ones.
     ///
     /// # Errors
     /// See [`SpeedError`].
@@ -132,14 +132,14 @@ impl RigidMotions {
                 pivot: dof,
             };
             let size = row.size();
-            solved.iter().for_each(|other| row.take_out(other));
-            // Coefficients are fractions of tooth numbers: what cancels leaves rounding.
-            let lead = row
+            solved.iter().for_each(|other| row.eliminate(other));
+            // Coefficients are fractions of tooth numbers; cancellation produces rounding errors only.
+            let largest = row
                 .terms
                 .iter()
                 .map(|(&j, &a)| (j, a))
                 .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-            let Some((pivot, a)) = lead.filter(|(_, a)| a.abs() > 1e-12 * size) else {
+            let Some((pivot, a)) = largest.filter(|(_, a)| a.abs() > 1e-12 * size) else {
                 if row.value.abs() <= 1e-9 * fastest {
                     continue;
                 }
@@ -153,7 +153,7 @@ impl RigidMotions {
             row.terms.values_mut().for_each(|b| *b /= a);
             row.value /= a;
             row.pivot = pivot;
-            solved.iter_mut().for_each(|other| other.take_out(&row));
+            solved.iter_mut().for_each(|other| other.eliminate(&row));
             solved.push(row);
         }
         let known: HashMap<usize, f64> = solved
@@ -168,21 +168,21 @@ impl RigidMotions {
                 .map(|(j, a)| known.get(j).map(|x| a * x))
                 .sum()
         };
-        let all = (0..n).map(|i| speed_of(i).ok_or(SpeedError::Undetermined(i)));
-        all.collect()
+        let speeds = (0..n).map(|i| speed_of(i).ok_or(SpeedError::Undetermined(i)));
+        speeds.collect()
     }
 }
 
-/// A number to nine digits.
+/// Value rounded to nine significant digits.
 fn rounded(x: f64) -> f64 {
     let scale = 10f64.powf(8.0 - x.abs().max(1e-12).log10().floor());
     (x * scale).round() / scale
 }
 
-/// Speeds that stated ones do not give.
+/// Error of mean speeds: undetermined or contradictory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpeedError {
-    /// The stated speeds do not determine that of this degree of freedom.
+    /// Degree of freedom without a speed determined by the stated ones.
     Undetermined(usize),
     /// A stated speed contradicts those stated before it.
     Contradiction {
@@ -195,7 +195,7 @@ pub enum SpeedError {
     },
 }
 
-/// `x_pivot + Σ a x = value`, of a system brought to reduced form.
+/// Equation `x_pivot + Σ a x = value` in reduced row echelon form.
 struct ReducedRow {
     pivot: usize,
     terms: BTreeMap<usize, f64>,
@@ -207,8 +207,8 @@ impl ReducedRow {
         self.terms.values().fold(0.0, |m, a| m.max(a.abs()))
     }
 
-    /// Subtracts what the other row says of its pivot.
-    fn take_out(&mut self, other: &ReducedRow) {
+    /// Eliminates the pivot of another row by subtraction of that row.
+    fn eliminate(&mut self, other: &ReducedRow) {
         let Some(share) = self.terms.remove(&other.pivot) else {
             return;
         };
@@ -222,19 +222,19 @@ impl ReducedRow {
     }
 }
 
-/// The first joint, rigid or elastic, that closes a loop by another ratio than the joints before it: such a loop does not turn.
-/// `joints`: branches with their directions.
+/// First joint, rigid or elastic, that closes a loop with a ratio contradicting the joints before: such a loop cannot rotate.
+/// `joints`: branch indices with their directions.
 pub fn contradictory_loop(machine: &Machine, joints: &[(usize, &[(usize, f64)])]) -> Option<Error> {
     let mut constraints = ExactConstraints::new(machine.dofs.len());
     for &(index, row) in joints {
         let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_zero(i));
         let before = (!grounded).then(|| constraints.clone());
         if let (ConstraintEffect::Zeroed(_), Some(before)) = (constraints.impose(row), before) {
-            let all = |branch: &Branch| match branch.law {
+            let connects = |branch: &Branch| match branch.law {
                 BranchLaw::Rigid => true,
                 BranchLaw::Linear { stiffness, .. } => stiffness != 0.0,
             };
-            let error = contradiction(machine, index, row, &before, &all);
+            let error = contradiction(machine, index, row, &before, &connects);
             return Some(error.with_hint(
                 "mend the tooth numbers: however its joints yield, a loop whose ratios differ does not turn",
             ));
@@ -243,26 +243,26 @@ pub fn contradictory_loop(machine: &Machine, joints: &[(usize, &[(usize, f64)])]
     None
 }
 
-/// Names the loop that a joint closes wrongly, and both ratios.
+/// Error of a joint that closes a loop with contradictory ratios; names the loop and both ratios.
 fn contradiction(
     machine: &Machine,
     index: usize,
     row: &[(usize, f64)],
     before: &ExactConstraints,
-    joins: &dyn Fn(&Branch) -> bool,
+    connects: &dyn Fn(&Branch) -> bool,
 ) -> Error {
     let branch = &machine.branches[index];
     let name = &machine.elements[branch.element].name;
     let message = match ratios(row, before) {
-        Some((a, b, own, others)) => {
-            let path = shortest_path(machine, index, a, b, joins);
+        Some((a, b, joint_ratio, loop_ratio)) => {
+            let path = shortest_path(machine, index, a, b, connects);
             let through = if path.is_empty() {
                 String::new()
             } else {
                 format!(" through {}", path.join(", "))
             };
             format!(
-                "ratios contradict each other: the loop{through} turns {} by {others} per turn of {}, `{name}` by {own}",
+                "ratios contradict each other: the loop{through} turns {} by {loop_ratio} per turn of {}, `{name}` by {joint_ratio}",
                 machine.dof_name(b),
                 machine.dof_name(a),
             )
@@ -272,67 +272,67 @@ fn contradiction(
     Error::new(Code::ContradictoryRatios, message).with_span(&machine.elements[branch.element].span)
 }
 
-/// Two degrees of freedom of a joint, the ratio of the second to the first by this joint, and by those before it.
+/// Two degrees of freedom of a joint, with the ratio of the second to the first by this joint and by the joints before.
 fn ratios(
     row: &[(usize, f64)],
     before: &ExactConstraints,
 ) -> Option<(usize, usize, Fraction, Fraction)> {
     let moves = |t: &&(usize, f64)| t.1 != 0.0 && !before.is_zero(t.0);
     let &(a, _) = row.iter().find(moves)?;
-    let &(b, lead) = row.iter().rev().find(moves).filter(|t| t.0 != a)?;
-    let others = before.exact_ratio(b, a)?;
+    let &(b, coefficient) = row.iter().rev().find(moves).filter(|t| t.0 != a)?;
+    let loop_ratio = before.exact_ratio(b, a)?;
     let mut sum = Fraction::zero();
     for &(other, share) in row.iter().filter(|t| t.0 != b) {
         sum = &sum + &(&Fraction::from_f64(share) * &before.exact_ratio(other, a)?);
     }
-    let own = &(&Fraction::zero() - &sum) / &Fraction::from_f64(lead);
-    Some((a, b, own, others))
+    let joint_ratio = &(&Fraction::zero() - &sum) / &Fraction::from_f64(coefficient);
+    Some((a, b, joint_ratio, loop_ratio))
 }
 
-/// Names of the elements on the shortest way from `a` to `b` that come before branch `last`.
+/// Names of the elements on the shortest path from `a` to `b` without branch `excluded`.
 fn shortest_path(
     machine: &Machine,
-    last: usize,
+    excluded: usize,
     a: usize,
     b: usize,
-    joins: &dyn Fn(&Branch) -> bool,
+    connects: &dyn Fn(&Branch) -> bool,
 ) -> Vec<String> {
     let mut edges: Vec<(usize, usize, usize)> = Vec::new();
-    let others = machine.branches.iter().enumerate();
-    for (_, branch) in others.filter(|(k, branch)| *k != last && joins(branch)) {
+    let branches = machine.branches.iter().enumerate();
+    for (_, branch) in branches.filter(|(k, branch)| *k != excluded && connects(branch)) {
         let terms = &branch.direction.terms;
         for (k, i) in terms.iter().enumerate() {
             let pairs = terms[k + 1..].iter().map(|j| (i.0, j.0, branch.element));
             edges.extend(pairs);
         }
     }
-    let mut came: HashMap<usize, (usize, usize)> = HashMap::new();
+    let mut predecessor: HashMap<usize, (usize, usize)> = HashMap::new();
     let mut queue = std::collections::VecDeque::from([a]);
-    while let Some(here) = queue.pop_front() {
+    while let Some(dof) = queue.pop_front() {
         for &(i, j, element) in &edges {
-            let next = if i == here {
+            let next = if i == dof {
                 j
-            } else if j == here {
+            } else if j == dof {
                 i
             } else {
                 continue;
             };
-            if next != a && !came.contains_key(&next) {
-                came.insert(next, (here, element));
+            if next != a && !predecessor.contains_key(&next) {
+                predecessor.insert(next, (dof, element));
                 queue.push_back(next);
             }
         }
     }
-    let (mut names, mut here) = (Vec::new(), b);
-    while let Some(&(from, element)) = came.get(&here) {
+    let (mut names, mut dof) = (Vec::new(), b);
+    while let Some(&(previous, element)) = predecessor.get(&dof) {
         names.push(format!("`{}`", machine.elements[element].name));
-        here = from;
+        dof = previous;
     }
     names.reverse();
     names
 }
 
-/// The error of a machine of which nothing can turn: a loop of other ratios where there is one.
+/// Error of a machine without free rotation; names a loop with contradictory ratios, if any.
 pub fn no_rotation_error(machine: &Machine) -> Error {
     let joints: Vec<(usize, &[(usize, f64)])> = (machine.branches.iter().enumerate())
         .filter(|(_, b)| match b.law {
@@ -351,25 +351,25 @@ pub fn no_rotation_error(machine: &Machine) -> Error {
     })
 }
 
-/// Mean speed of every degree of freedom, rad/s, from the stated ones or from `reference` times the first motion.
+/// Mean speed of every degree of freedom, rad/s, from the stated speeds or from `reference` on the first rotating one.
 ///
 /// # Errors
-/// Nothing can turn, or the stated speeds leave a part open.
+/// No free rotation; contradictory or missing stated speeds.
 pub fn mean_speeds(
     machine: &Machine,
     kinematics: &Kinematics,
     reference: Option<f64>,
 ) -> Result<Vec<f64>, Error> {
     let n = machine.dofs.len();
-    // Springs and dampers that resist the deformation of a joint say how its ends turn together.
+    // Elastic joints transmit the mean speed: their mean deflection is constant.
     let joints = || {
         let elastic = |branch: &&Branch| matches!(branch.law, BranchLaw::Linear { stiffness, .. } if stiffness != 0.0);
         machine.branches.iter().filter(elastic)
     };
     let mut motions = kinematics.undeformed_motions(joints());
-    let held = |&(dof, speed): &(usize, f64)| speed != 0.0 && motions.constraints.is_zero(dof);
-    if motions.free.is_empty() || machine.speeds.iter().any(held) {
-        // A torsional support of what is said to turn holds it about its mean turn.
+    let blocked = |&(dof, speed): &(usize, f64)| speed != 0.0 && motions.constraints.is_zero(dof);
+    if motions.free.is_empty() || machine.speeds.iter().any(blocked) {
+        // A torsional support of a rotating node acts about its mean rotation.
         motions = kinematics.undeformed_motions(joints().filter(|b| !supports_turning(machine, b)));
     }
     if motions.free.is_empty() {
@@ -382,13 +382,13 @@ pub fn mean_speeds(
             reference.unwrap_or(0.0),
         ));
     } else if let Some(speed) = reference {
-        let old = stated[0].1;
+        let first = stated[0].1;
         stated[0].1 = speed;
-        for other in stated.iter_mut().skip(1).filter(|_| old != 0.0) {
-            other.1 *= speed / old;
+        for other in stated.iter_mut().skip(1).filter(|_| first != 0.0) {
+            other.1 *= speed / first;
         }
     }
-    // Bodies about the axis of a stage stay on it.
+    // Mean lateral speeds of bodies on a stage axis are zero.
     let across = machine.gyroscopic.iter().filter_map(|spin| spin.across);
     stated.extend(across.flatten().map(|dof| (dof, 0.0)));
     let rpm = |speed: f64| speed * 30.0 / std::f64::consts::PI;
@@ -414,10 +414,10 @@ pub fn mean_speeds(
     })
 }
 
-/// A bearing that holds the rotation of one body.
+/// True for a bearing that supports the rotation of one body.
 pub fn supports_turning(machine: &Machine, branch: &Branch) -> bool {
-    let turns = |t: &(usize, f64)| machine.dofs[t.0].axis == Axis::Theta;
-    let grounded = matches!(&branch.direction.terms[..], [only] if turns(only));
+    let is_rotation = |t: &(usize, f64)| machine.dofs[t.0].axis == Axis::Theta;
+    let grounded = matches!(&branch.direction.terms[..], [term] if is_rotation(term));
     grounded && machine.elements[branch.element].kind == "bearing"
 }
 

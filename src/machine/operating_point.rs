@@ -1,9 +1,9 @@
 //! Static operating point: contact states and tangent stiffness under mean loads.
 //!
-//! A free train under loads that do not balance accelerates; its inertia forces are put against them first (inertia relief).
-//! Then `Σ w F(δ) = f` with `F = k (δ ∓ backlash/2)` beyond the play and zero inside: the minimum of a convex energy, found by
-//! changing the flank of the worst contact until none is wrong. What is not linear is taken by its secant `F/δ(F)`, again until
-//! its force stays; about that point it resists small motions by its tangent.
+//! A free train accelerates under unbalanced loads; inertia forces balance them first (inertia relief).
+//! Then `Σ w F(δ) = f` with `F = k (δ ∓ backlash/2)` in contact and zero within the backlash: the minimum of a convex energy. The
+//! solver changes the state of the most violated contact until all are consistent. A characteristic is iterated by its secant
+//! `F/δ(F)` to a constant force; its tangent is the stiffness for small motions.
 
 use super::characteristic::{MAX_SECANT_ITERATIONS, SECANT_TOLERANCE};
 use super::components::{Branch, BranchLaw, Machine};
@@ -14,19 +14,19 @@ use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::symmetric;
 
-/// State of a contact.
+/// State of a contact with backlash: drive flank, coast flank or open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActiveFlank {
-    /// Closed so that δ > 0, or without play.
+    /// Contact on the drive flank, δ > 0, or without backlash.
     Drive,
-    /// Closed so that δ < 0.
+    /// Contact on the coast flank, δ < 0.
     Coast,
-    /// Open: no stiffness here.
+    /// Open contact without stiffness.
     Open,
 }
 
 impl ActiveFlank {
-    /// The word for it.
+    /// Keyword of the state.
     pub fn name(self) -> &'static str {
         match self {
             ActiveFlank::Drive => "drive",
@@ -36,30 +36,30 @@ impl ActiveFlank {
     }
 }
 
-/// The state of every contact that has play, and of what is not linear.
+/// Static operating point: states of all contacts with backlash and tangent stiffnesses of nonlinear branches.
 #[derive(Debug, Clone, Default)]
 pub struct OperatingPoint {
-    /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
+    /// Branch, state and static force, N or N·m (`None` without stated loads).
     pub contacts: Vec<(usize, ActiveFlank, Option<f64>)>,
-    /// Meshes without play whose mean force presses the coast flank, which has a direction of its own.
+    /// Meshes without backlash under mean load on the coast flank, with a separate coast direction.
     pub coast: Vec<usize>,
-    /// Nonlinear branches, as tangent stiffnesses.
+    /// Tangent stiffnesses of nonlinear branches.
     pub tangents: Vec<TangentStiffness>,
 }
 
-/// A branch with a characteristic, at its operating point.
+/// Tangent stiffness of a nonlinear branch at its operating point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TangentStiffness {
-    /// The branch.
+    /// Branch index.
     pub branch: usize,
-    /// The static force in it, N or N·m.
+    /// Static force, N or N·m.
     pub force: f64,
-    /// dF/dδ there, N/m or N·m/rad.
+    /// Tangent stiffness dF/dδ, N/m or N·m/rad.
     pub stiffness: f64,
 }
 
 impl OperatingPoint {
-    /// The state of a branch; those without play are always closed.
+    /// Contact state of a branch; branches without backlash are always closed.
     pub fn state(&self, branch: usize) -> ActiveFlank {
         let closed = match self.coast.contains(&branch) {
             true => ActiveFlank::Coast,
@@ -71,30 +71,30 @@ impl OperatingPoint {
             .map_or(closed, |c| c.1)
     }
 
-    /// The stiffness that small motions find in a branch, where it is not linear.
+    /// Tangent stiffness of a nonlinear branch, N/m or N·m/rad.
     pub fn tangent(&self, branch: usize) -> Option<f64> {
-        let found = self.tangents.iter().find(|t| t.branch == branch);
-        found.map(|t| t.stiffness)
+        let entry = self.tangents.iter().find(|t| t.branch == branch);
+        entry.map(|t| t.stiffness)
     }
 
-    /// Finds the state of every contact with play, the flanks that meshes without play press, and the force in what is not linear. Without
-    /// loads all contacts stand closed on the drive flank, and characteristics at rest; so do meshes without play of machines with more than
-    /// 2 000 degrees of freedom.
+    /// Solves the states of contacts with backlash, the loaded flanks of meshes without backlash and the forces of nonlinear branches.
+    /// Without loads all contacts are closed on the drive flank and characteristics are at zero force; so are meshes without backlash of
+    /// machines with more than 2 000 degrees of freedom.
     ///
     /// # Errors
-    /// No state of the contacts balances the loads; forces in what is not linear that do not settle.
+    /// No contact state balances the loads; the secant iteration does not converge.
     pub fn solve(machine: &Machine, kinematics: &Kinematics) -> Result<OperatingPoint, Error> {
-        let playing = playing_branches(machine);
-        let curved = |b: &&Branch| b.characteristic.is_some();
-        let is_linear = !machine.branches.iter().any(|b| curved(&b));
+        let playing = branches_with_backlash(machine);
+        let is_nonlinear = |b: &&Branch| b.characteristic.is_some();
+        let is_linear = !machine.branches.iter().any(|b| is_nonlinear(&b));
         let has_flanks = has_closed_flanks(machine, kinematics);
         if machine.loads.is_empty() || (playing.is_empty() && is_linear && !has_flanks) {
             let contacts = playing
                 .into_iter()
                 .map(|b| (b, ActiveFlank::Drive, None))
                 .collect();
-            let at_rest = machine.branches.iter().enumerate();
-            let tangents = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
+            let branches = machine.branches.iter().enumerate();
+            let tangents = branches.filter_map(|(k, b)| tangent(k, b, 0.0)).collect();
             return Ok(OperatingPoint {
                 contacts,
                 coast: Vec::new(),
@@ -107,35 +107,35 @@ impl OperatingPoint {
     }
 }
 
-/// Whether meshes without play have flanks of different directions, in a machine small enough to find the pressed ones.
+/// True if meshes without backlash have flanks of different directions, in a machine small enough for a dense solve.
 fn has_closed_flanks(machine: &Machine, kinematics: &Kinematics) -> bool {
     let mut meshes = machine.branches.iter().filter(|b| b.backlash == 0.0);
     kinematics.independent_dofs.len() <= MAX_DENSE_DOFS && meshes.any(|b| b.coast.is_some())
 }
 
-/// Static forces under the mean loads.
+/// Static branch forces under the mean loads.
 #[derive(Debug, Clone)]
 pub struct MeanForces {
-    /// Branch and the force in it, N or N·m.
+    /// Branch index and force, N or N·m.
     pub forces: Vec<(usize, f64)>,
-    /// The loads do not balance, and the machine accelerates under them.
+    /// True if the loads do not balance: the machine accelerates.
     pub accelerates: bool,
 }
 
-/// Work of the loads on a rigid-body motion, as a share of its terms, from which they do not balance: torques are stated to a few digits.
+/// Unbalance threshold: work of the loads on a rigid-body motion, relative to its terms; torques are stated to a few digits.
 const UNBALANCED: f64 = 1e-3;
 
-/// Static forces of the elastic branches under the mean loads, the degrees of freedom `held` moving evenly.
+/// Static forces of the elastic branches under the mean loads; the degrees of freedom `prescribed` move at constant speed.
 ///
 /// # Errors
-/// `Conflict`: a held degree of freedom that rigid joints tie to several others. As [`OperatingPoint::solve`].
+/// `Conflict`: rigid joints connect a prescribed degree of freedom to several others. As [`OperatingPoint::solve`].
 pub fn mean_forces(
     machine: &Machine,
     kinematics: &Kinematics,
-    held: &[usize],
+    prescribed: &[usize],
 ) -> Result<MeanForces, Error> {
-    let playing = playing_branches(machine);
-    let mut search = ContactSearch::new(machine, kinematics, playing, held)?;
+    let playing = branches_with_backlash(machine);
+    let mut search = ContactSearch::new(machine, kinematics, playing, prescribed)?;
     let forces = search.solve_equilibrium()?;
     Ok(MeanForces {
         accelerates: search.accelerates,
@@ -145,12 +145,12 @@ pub fn mean_forces(
     })
 }
 
-/// Elastic branches with play.
-fn playing_branches(machine: &Machine) -> Vec<usize> {
-    let plays = |b: &usize| {
+/// Indices of elastic branches with backlash.
+fn branches_with_backlash(machine: &Machine) -> Vec<usize> {
+    let has_backlash = |b: &usize| {
         machine.branches[*b].backlash > 0.0 && machine.branches[*b].law != BranchLaw::Rigid
     };
-    (0..machine.branches.len()).filter(plays).collect()
+    (0..machine.branches.len()).filter(has_backlash).collect()
 }
 
 fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness> {
@@ -163,16 +163,16 @@ fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness>
     })
 }
 
-/// Degrees of freedom for which the operating point is solved at most.
+/// Largest number of degrees of freedom for the dense solve of the operating point.
 const MAX_DENSE_DOFS: usize = 2000;
 
-/// A force this small is rounding of a branch that carries nothing.
+/// Force threshold of an unloaded branch: rounding errors lie below.
 fn idle_force(forces: &[f64]) -> f64 {
     1e-9 * forces.iter().fold(0.0f64, |m, f| m.max(f.abs()))
 }
 
-/// Share of its stiffness that an open contact keeps in the search: without a force it rests in the middle of its play, and with one it is
-/// pushed out of it.
+/// Stiffness ratio of an open contact during the search: without force δ is at the middle of the backlash, and under a force δ
+/// leaves the backlash.
 const OPEN_STIFFNESS_RATIO: f64 = 1e-9;
 
 struct ContactSpring<'a> {
@@ -188,7 +188,7 @@ struct ContactSearch<'a> {
     n: usize,
     springs: Vec<ContactSpring<'a>>,
     load: Vec<f64>,
-    /// Inertia forces were put against the loads.
+    /// True if inertia forces balance the loads.
     accelerates: bool,
 }
 
@@ -197,7 +197,7 @@ impl<'a> ContactSearch<'a> {
         machine: &'a Machine,
         kinematics: &Kinematics,
         playing: Vec<usize>,
-        held: &[usize],
+        prescribed: &[usize],
     ) -> Result<ContactSearch<'a>, Error> {
         let n = kinematics.independent_dofs.len();
         if n > MAX_DENSE_DOFS {
@@ -208,10 +208,10 @@ impl<'a> ContactSearch<'a> {
                 "omit the loads (contacts are then closed on the drive flank), or the backlash";
             return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
         }
-        let mut still = Vec::new();
-        for &dof in held {
+        let mut fixed = Vec::new();
+        for &dof in prescribed {
             match kinematics.in_independent_dofs(dof)[..] {
-                [(j, _)] => still.push(j),
+                [(j, _)] => fixed.push(j),
                 _ => return Err(tied_dof_error(machine, dof)),
             }
         }
@@ -224,7 +224,7 @@ impl<'a> ContactSearch<'a> {
                 scale: b.direction.scale,
                 terms: kinematics.reduce_row(&b.direction.terms),
             };
-            direction.terms.retain(|(j, _)| !still.contains(j));
+            direction.terms.retain(|(j, _)| !fixed.contains(j));
             if stiffness > 0.0 && !direction.terms.is_empty() {
                 let play = if playing.contains(&branch) {
                     b.backlash
@@ -246,7 +246,7 @@ impl<'a> ContactSearch<'a> {
             kinematics
                 .in_independent_dofs(dof)
                 .into_iter()
-                .filter(|(j, _)| !still.contains(j))
+                .filter(|(j, _)| !fixed.contains(j))
                 .for_each(|(j, a)| load[j] += a * torque);
         }
         let mut mass = vec![0.0; n];
@@ -259,14 +259,14 @@ impl<'a> ContactSearch<'a> {
             .branches
             .iter()
             .filter(|b| matches!(b.law, BranchLaw::Linear { stiffness, .. } if stiffness > 0.0));
-        let all = kinematics
+        let motions = kinematics
             .undeformed_motions(strained)
             .basis(machine.dofs.len());
         let reduced = |motion: Vec<f64>| -> Vec<f64> {
-            let own = kinematics.independent_dofs.iter();
-            own.map(|&i| motion[i]).collect()
+            let independent = kinematics.independent_dofs.iter();
+            independent.map(|&i| motion[i]).collect()
         };
-        let motions = without(all.into_iter().map(reduced).collect(), &still);
+        let motions = with_fixed(motions.into_iter().map(reduced).collect(), &fixed);
         let mut accelerates = false;
         for r in motions {
             let (push, inertia): (f64, f64) = (0..n).fold((0.0, 0.0), |(f, m), j| {
@@ -286,18 +286,18 @@ impl<'a> ContactSearch<'a> {
         })
     }
 
-    /// Forces that balance the loads: secants of what is not linear are taken again until they stay.
+    /// Branch forces in equilibrium with the loads, by secant iteration of the nonlinear branches.
     fn solve_equilibrium(&mut self) -> Result<Vec<f64>, Error> {
-        // On a tree forces do not depend on stiffness, and the second round is the last; loops take more.
+        // Forces of a tree do not depend on stiffness: two iterations suffice; loops need more.
         for _ in 0..MAX_SECANT_ITERATIONS {
             let forces = self.find_active_flanks()?;
-            let mut moved = 0.0f64;
+            let mut change = 0.0f64;
             for (spring, &force) in self.springs.iter_mut().zip(&forces) {
                 if let Some(law) = &spring.part.characteristic {
-                    moved = moved.max(law.update_secant(&mut spring.stiffness, force));
+                    change = change.max(law.update_secant(&mut spring.stiffness, force));
                 }
             }
-            if moved <= SECANT_TOLERANCE {
+            if change <= SECANT_TOLERANCE {
                 return Ok(forces);
             }
         }
@@ -306,7 +306,7 @@ impl<'a> ContactSearch<'a> {
             .with_hint("change a load slightly, or give the stiffness that is meant as k"))
     }
 
-    /// The operating point of such forces.
+    /// Operating point with the branch forces `forces`.
     fn operating_point(&self, forces: &[f64]) -> OperatingPoint {
         let contact = |(s, &f): (&ContactSpring, &f64)| {
             let force = match s.state {
@@ -317,12 +317,12 @@ impl<'a> ContactSearch<'a> {
         };
         let springs = || self.springs.iter().zip(forces);
         let idle = idle_force(forces);
-        let presses_coast =
+        let loads_coast =
             |s: &ContactSpring, f: f64| s.play == 0.0 && s.part.coast.is_some() && f < -idle;
         OperatingPoint {
             contacts: springs().filter_map(contact).collect(),
             coast: springs()
-                .filter_map(|(s, &f)| presses_coast(s, f).then_some(s.branch))
+                .filter_map(|(s, &f)| loads_coast(s, f).then_some(s.branch))
                 .collect(),
             tangents: springs()
                 .filter_map(|(s, &f)| tangent(s.branch, s.part, f))
@@ -331,7 +331,7 @@ impl<'a> ContactSearch<'a> {
     }
 
     fn find_active_flanks(&mut self) -> Result<Vec<f64>, Error> {
-        // The first answer, all closed and centred, decides the flanks of a tree once and for all.
+        // The first solution, all contacts closed and centred, gives the final contact states of a tree.
         let forces = self.forces(true)?;
         let idle = idle_force(&forces);
         for (spring, &force) in self.springs.iter_mut().zip(&forces) {
@@ -341,31 +341,31 @@ impl<'a> ContactSearch<'a> {
         }
         for _ in 0..4 * self.springs.len() + 10 {
             let forces = self.forces(false)?;
-            let wrong = self
+            let with_backlash = self
                 .springs
                 .iter()
                 .zip(&forces)
                 .enumerate()
                 .filter(|(_, (s, _))| s.play > 0.0);
-            let wrong = wrong
-                .filter_map(|(at, (s, &f))| match s.state {
-                    ActiveFlank::Drive if f < -idle => Some((at, -f, ActiveFlank::Open)),
-                    ActiveFlank::Coast if f > idle => Some((at, f, ActiveFlank::Open)),
-                    ActiveFlank::Open if f.abs() > idle => Some((at, f.abs(), state_of(f, 0.0))),
+            let violated = with_backlash
+                .filter_map(|(k, (s, &f))| match s.state {
+                    ActiveFlank::Drive if f < -idle => Some((k, -f, ActiveFlank::Open)),
+                    ActiveFlank::Coast if f > idle => Some((k, f, ActiveFlank::Open)),
+                    ActiveFlank::Open if f.abs() > idle => Some((k, f.abs(), state_of(f, 0.0))),
                     _ => None,
                 })
                 .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((at, _, state)) = wrong else {
+            let Some((index, _, state)) = violated else {
                 return Ok(forces);
             };
-            self.springs[at].state = state;
+            self.springs[index].state = state;
         }
         let message = "no state of the contacts with play balances the loads: the iteration cycles";
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("omit the smallest backlash, or change a load slightly"))
     }
 
-    /// Branch forces under the present states; an open contact reports what it would carry beyond its play.
+    /// Branch forces for the current contact states; the force of an open contact is that of its deflection beyond the backlash.
     fn forces(&self, centred: bool) -> Result<Vec<f64>, Error> {
         let offset = |s: &ContactSpring| match s.state {
             _ if centred => 0.0,
@@ -392,32 +392,32 @@ impl<'a> ContactSearch<'a> {
             .springs
             .iter()
             .map(|s| {
-                let delta = s.direction.dot(&x);
+                let deflection = s.direction.dot(&x);
                 match s.state {
                     ActiveFlank::Open if !centred => {
-                        s.stiffness * (delta - delta.clamp(-s.play / 2.0, s.play / 2.0))
+                        s.stiffness * (deflection - deflection.clamp(-s.play / 2.0, s.play / 2.0))
                     }
-                    _ => s.stiffness * (delta - offset(s)),
+                    _ => s.stiffness * (deflection - offset(s)),
                 }
             })
             .collect())
     }
 }
 
-/// Combinations of rigid-body motions that leave the coordinates `still` where they are.
-fn without(mut motions: Vec<Vec<f64>>, still: &[usize]) -> Vec<Vec<f64>> {
-    for &j in still {
+/// Combinations of rigid-body motions with zero displacement of the coordinates `fixed`.
+fn with_fixed(mut motions: Vec<Vec<f64>>, fixed: &[usize]) -> Vec<Vec<f64>> {
+    for &j in fixed {
         let largest = |r: &[f64]| r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let share = |r: &[f64]| r[j].abs() / largest(r).max(f64::MIN_POSITIVE);
-        let Some(most) =
+        let Some(pivot_index) =
             (0..motions.len()).max_by(|&a, &b| share(&motions[a]).total_cmp(&share(&motions[b])))
         else {
             continue;
         };
-        if share(&motions[most]) < 1e-9 {
+        if share(&motions[pivot_index]) < 1e-9 {
             continue; // relative; rounding of motions found in exact fractions is 1e-16
         }
-        let pivot = motions.swap_remove(most);
+        let pivot = motions.swap_remove(pivot_index);
         for r in &mut motions {
             let factor = r[j] / pivot[j];
             r.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= factor * p);

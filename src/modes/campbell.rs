@@ -19,22 +19,22 @@ use crate::machine::linear::LinearModel;
 use crate::machine::spin::spinning;
 use crate::numeric::sorting::sort_rising;
 
-/// A Campbell diagram.
+/// Natural frequencies over reference speed, with order lines and their crossings.
 #[derive(Debug, Clone)]
 pub struct CampbellDiagram {
-    /// The node whose speed it is drawn over.
+    /// Name of the node whose speed is the reference speed.
     pub reference: String,
     /// Reference speeds of the diagram, rpm.
     pub speeds_rpm: Vec<f64>,
     /// Branches of every mode that is oscillatory at some of the speeds.
     pub branches: Vec<CampbellBranch>,
-    /// Excitation orders drawn over the speeds.
+    /// Excitation orders of the order lines.
     pub orders: Vec<ExcitationOrder>,
-    /// Crossings of orders with branches, by rising speed.
+    /// Crossings of order lines with branches, in order of increasing speed.
     pub crossings: Vec<OrderCrossing>,
-    /// No frequency depends on the speed: the modes were solved once.
+    /// Whether all natural frequencies are independent of speed, so that the modes are solved once.
     pub is_constant: bool,
-    /// Speeds at which modes were solved, those for smaller steps and crossings included.
+    /// Number of modal solutions, including those for smaller speed steps and crossings.
     pub n_solves: usize,
 }
 
@@ -45,31 +45,31 @@ pub struct CampbellBranch {
     pub frequency_hz: Vec<Option<f64>>,
     /// ζ; `None` where there is no damping.
     pub damping_ratio: Vec<Option<f64>>,
-    /// Sense of whirl; `None` for torsional modes and where nothing depends on the speed.
+    /// Sense of whirl; `None` for torsional modes and in a diagram independent of speed.
     pub whirl: Vec<Option<Whirl>>,
-    /// Speeds, rpm, up to which the mode match stays uncertain even at the smallest step from the speed before.
+    /// Speeds, rpm, at which the mode match from the previous speed is uncertain even with the smallest step.
     pub uncertain_rpm: Vec<f64>,
 }
 
-/// An order line meets a branch.
+/// Intersection of an order line with a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderCrossing {
     /// Reference speed at the crossing, rpm.
     pub speed_rpm: f64,
-    /// Hz.
+    /// Natural frequency at the crossing, Hz.
     pub frequency_hz: f64,
     /// Index of the order.
     pub order: usize,
     /// Index of the branch.
     pub branch: usize,
-    /// Share of the mode's energy where the order acts, 0 to 1; see [`participation`].
+    /// Participation of the mode in the order, 0 to 1; see [`participation`].
     pub participation: f64,
 }
 
 /// Speeds, orders and tracking of a Campbell diagram.
 #[derive(Debug, Clone)]
 pub struct CampbellOptions {
-    /// Speeds of the reference, rad/s, in order.
+    /// Reference speeds, rad/s, strictly monotonic.
     pub speeds: Vec<f64>,
     /// Include damping.
     pub damped: bool,
@@ -82,7 +82,7 @@ pub struct CampbellOptions {
 /// Solves the modes at each speed, tracks them, and locates the crossings with the orders.
 ///
 /// # Errors
-/// No speed, or speeds that do not rise or fall; nothing can turn; those of the solver.
+/// No speed, or speeds that are not monotonic; no rotating node; errors of the solver.
 pub fn campbell_diagram(
     machine: &Machine,
     kinematics: &Kinematics,
@@ -90,7 +90,7 @@ pub fn campbell_diagram(
     basis: &ModalBasis,
     options: &CampbellOptions,
 ) -> Result<CampbellDiagram, Error> {
-    check(&options.speeds)?;
+    check_speeds(&options.speeds)?;
     let spins = SpeedRatios::new(machine, kinematics)?;
     let solve = |speed: f64| {
         let speeds = spins.speeds_at(speed);
@@ -99,28 +99,28 @@ pub fn campbell_diagram(
     };
     let orders = excitation_orders(machine, kinematics, &options.orders)?;
     let tracker = ModeTracker::new(model, options.tracking, solve);
-    let mut drawing = DiagramBuilder {
+    let mut builder = DiagramBuilder {
         machine,
         model,
         spins: &spins,
         lateral: WhirlNodes::new(machine),
         orders: &orders,
-        lines: Vec::new(),
-        line_of: Vec::new(),
+        branches: Vec::new(),
+        branch_of_mode: Vec::new(),
         crossings: Vec::new(),
-        drawn: 0,
+        n_speeds: 0,
     };
     let is_constant = spins.is_speed_independent(machine);
     if is_constant {
-        drawing.draw_constant(&tracker, &options.speeds)?;
+        builder.repeat_modes(&tracker, &options.speeds)?;
     } else {
-        drawing.draw(&tracker, &options.speeds)?;
+        builder.track_branches(&tracker, &options.speeds)?;
     }
     let DiagramBuilder {
-        lines: branches,
+        branches,
         mut crossings,
         ..
-    } = drawing;
+    } = builder;
     sort_rising(&mut crossings, |a| a.speed_rpm);
     Ok(CampbellDiagram {
         reference: machine.nodes[machine.dofs[spins.reference].node]
@@ -135,10 +135,10 @@ pub fn campbell_diagram(
     })
 }
 
-fn check(speeds: &[f64]) -> Result<(), Error> {
-    let rises = speeds.windows(2).all(|pair| pair[0] < pair[1])
+fn check_speeds(speeds: &[f64]) -> Result<(), Error> {
+    let is_monotonic = speeds.windows(2).all(|pair| pair[0] < pair[1])
         || speeds.windows(2).all(|pair| pair[0] > pair[1]);
-    if speeds.is_empty() || !rises || speeds.iter().any(|speed| !speed.is_finite()) {
+    if speeds.is_empty() || !is_monotonic || speeds.iter().any(|speed| !speed.is_finite()) {
         let message = "a Campbell diagram needs at least one speed, and all rising or all falling";
         return Err(Error::new(Code::OutOfRange, message)
             .with_hint("state them as first:last:points, such as 0:3000:61"));
@@ -150,7 +150,7 @@ fn rpm(speed: f64) -> f64 {
     speed * 60.0 / TAU
 }
 
-/// Mean speed of every degree of freedom over that of the reference: a straight line.
+/// Mean speed of every degree of freedom as a linear function of the reference speed.
 struct SpeedRatios {
     reference: usize,
     at_rest: Vec<f64>,
@@ -181,7 +181,7 @@ impl SpeedRatios {
             .collect()
     }
 
-    /// Nothing tilts, or is described in a frame that turns, at a speed that varies with the reference's.
+    /// Whether no gyroscopic or centripetal term varies with the reference speed.
     fn is_speed_independent(&self, machine: &Machine) -> bool {
         machine
             .gyroscopic
@@ -190,8 +190,8 @@ impl SpeedRatios {
     }
 }
 
-/// Speeds whose modes are solved before they are matched: a bound on memory, and enough for several threads.
-const SPEEDS_AHEAD: usize = 32;
+/// Number of speeds solved in parallel before mode matching; it bounds memory.
+const SPEEDS_PER_BATCH: usize = 32;
 
 struct DiagramBuilder<'a> {
     machine: &'a Machine,
@@ -199,41 +199,41 @@ struct DiagramBuilder<'a> {
     spins: &'a SpeedRatios,
     lateral: WhirlNodes,
     orders: &'a [ExcitationOrder],
-    lines: Vec<CampbellBranch>,
-    /// Branch number of each mode of the last speed.
-    line_of: Vec<usize>,
+    branches: Vec<CampbellBranch>,
+    /// Branch index of each mode at the latest speed.
+    branch_of_mode: Vec<usize>,
     crossings: Vec<OrderCrossing>,
-    /// Speeds drawn so far.
-    drawn: usize,
+    /// Number of speeds in the branches.
+    n_speeds: usize,
 }
 
 impl DiagramBuilder<'_> {
-    fn draw<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
+    fn track_branches<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error> + Sync,
     {
-        let mut here = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
-        self.add(&here, vec![None; here.modes.len()]);
-        for ahead in speeds[1..].chunks(SPEEDS_AHEAD) {
-            for next in tracker.mode_sets(ahead)? {
-                let (next, link) = tracker.follow_to(&here, next)?;
-                self.cross(tracker, &here, &next, &link)?;
-                self.advance(&next, &link);
-                here = next;
+        let mut modes = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
+        self.add_speed(&modes, vec![None; modes.modes.len()]);
+        for batch in speeds[1..].chunks(SPEEDS_PER_BATCH) {
+            for next in tracker.mode_sets(batch)? {
+                let (next, matching) = tracker.follow_to(&modes, next)?;
+                self.add_crossings(tracker, &modes, &next, &matching)?;
+                self.extend_branches(&next, &matching);
+                modes = next;
             }
         }
         Ok(())
     }
 
-    /// One solution holds at every speed; order lines meet it at `|λ| / order`.
-    fn draw_constant<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
+    /// Repeats the modes of one solution at all speeds; order lines cross them at `|λ| / order`.
+    fn repeat_modes<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
         let modes = tracker.start(speeds[0], speeds[0])?;
-        for followed in &modes.modes {
-            let (mode, branch) = (&followed.mode, self.lines.len());
-            self.lines.push(CampbellBranch {
+        for tracked in &modes.modes {
+            let (mode, branch) = (&tracked.mode, self.branches.len());
+            self.branches.push(CampbellBranch {
                 frequency_hz: vec![Some(mode.frequency_hz()); speeds.len()],
                 damping_ratio: vec![mode.damping_ratio; speeds.len()],
                 whirl: vec![None; speeds.len()],
@@ -244,7 +244,7 @@ impl DiagramBuilder<'_> {
                 let speed = mode.omega() / order.value;
                 for speed in [-speed, speed] {
                     if (first.min(last)..=first.max(last)).contains(&speed) {
-                        self.note(number, branch, speed, mode);
+                        self.add_crossing(number, branch, speed, mode);
                     }
                 }
             }
@@ -252,82 +252,82 @@ impl DiagramBuilder<'_> {
         Ok(())
     }
 
-    /// Puts one speed on every line; modes without a line get a new one.
-    fn add(&mut self, snapshot: &ModeSet, lines: Vec<Option<usize>>) {
+    /// Appends one speed to every branch; modes without a branch start a new one.
+    fn add_speed(&mut self, snapshot: &ModeSet, branches: Vec<Option<usize>>) {
         let speeds = self.spins.speeds_at(snapshot.speed);
-        for line in &mut self.lines {
-            line.frequency_hz.push(None);
-            line.damping_ratio.push(None);
-            line.whirl.push(None);
+        for branch in &mut self.branches {
+            branch.frequency_hz.push(None);
+            branch.damping_ratio.push(None);
+            branch.whirl.push(None);
         }
-        self.line_of = Vec::with_capacity(lines.len());
-        for (followed, line) in snapshot.modes.iter().zip(lines) {
-            let number = line.unwrap_or_else(|| {
-                let absent = self.drawn + 1;
-                self.lines.push(CampbellBranch {
-                    frequency_hz: vec![None; absent],
-                    damping_ratio: vec![None; absent],
-                    whirl: vec![None; absent],
+        self.branch_of_mode = Vec::with_capacity(branches.len());
+        for (tracked, branch) in snapshot.modes.iter().zip(branches) {
+            let index = branch.unwrap_or_else(|| {
+                let n_speeds = self.n_speeds + 1;
+                self.branches.push(CampbellBranch {
+                    frequency_hz: vec![None; n_speeds],
+                    damping_ratio: vec![None; n_speeds],
+                    whirl: vec![None; n_speeds],
                     uncertain_rpm: Vec::new(),
                 });
-                self.lines.len() - 1
+                self.branches.len() - 1
             });
-            let mode = &followed.mode;
+            let mode = &tracked.mode;
             let whirl = self.lateral.whirl(
                 &mode.shape,
                 &speeds,
                 &self.spins.per_unit,
                 self.spins.reference,
             );
-            let line = &mut self.lines[number];
-            line.frequency_hz[self.drawn] = Some(mode.frequency_hz());
-            line.damping_ratio[self.drawn] = mode.damping_ratio;
-            line.whirl[self.drawn] = whirl;
-            self.line_of.push(number);
+            let branch = &mut self.branches[index];
+            branch.frequency_hz[self.n_speeds] = Some(mode.frequency_hz());
+            branch.damping_ratio[self.n_speeds] = mode.damping_ratio;
+            branch.whirl[self.n_speeds] = whirl;
+            self.branch_of_mode.push(index);
         }
-        self.drawn += 1;
+        self.n_speeds += 1;
     }
 
-    fn advance(&mut self, next: &ModeSet, link: &ModeMatching) {
-        let mut lines = vec![None; next.modes.len()];
-        for (mode, &line) in self.line_of.iter().enumerate() {
-            if let Some(now) = link.to[mode] {
-                lines[now] = Some(line);
+    fn extend_branches(&mut self, next: &ModeSet, matching: &ModeMatching) {
+        let mut branches = vec![None; next.modes.len()];
+        for (mode, &branch) in self.branch_of_mode.iter().enumerate() {
+            if let Some(to) = matching.to[mode] {
+                branches[to] = Some(branch);
             }
-            if link.uncertain[mode] {
-                self.lines[line].uncertain_rpm.push(rpm(next.speed));
+            if matching.uncertain[mode] {
+                self.branches[branch].uncertain_rpm.push(rpm(next.speed));
             }
         }
-        self.add(next, lines);
+        self.add_speed(next, branches);
     }
 
-    fn cross<F>(
+    fn add_crossings<F>(
         &mut self,
         tracker: &ModeTracker<F>,
-        here: &ModeSet,
+        previous: &ModeSet,
         next: &ModeSet,
-        link: &ModeMatching,
+        matching: &ModeMatching,
     ) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
-        for (from, to) in link.to.iter().enumerate() {
+        for (from, to) in matching.to.iter().enumerate() {
             let Some(to) = *to else { continue };
             for (number, order) in self.orders.iter().enumerate() {
-                let sides = [(here, from), (next, to)]
+                let is_below = [(previous, from), (next, to)]
                     .map(|(at, i)| distance_to_order(&at.modes[i].mode, order, at.speed) < 0.0);
-                if sides[0] == sides[1] {
+                if is_below[0] == is_below[1] {
                     continue;
                 }
-                if let Some(found) = find_crossing(tracker, order, (here, from), (next, to))? {
-                    self.note(number, self.line_of[from], found.speed, &found.mode);
+                if let Some(at) = find_crossing(tracker, order, (previous, from), (next, to))? {
+                    self.add_crossing(number, self.branch_of_mode[from], at.speed, &at.mode);
                 }
             }
         }
         Ok(())
     }
 
-    fn note(&mut self, order: usize, branch: usize, speed: f64, mode: &Mode) {
+    fn add_crossing(&mut self, order: usize, branch: usize, speed: f64, mode: &Mode) {
         let participation = participation(self.machine, self.model, mode, &self.orders[order]);
         let frequency_hz = mode.frequency_hz();
         self.crossings.push(OrderCrossing {

@@ -8,20 +8,20 @@ use crate::machine::components::Machine;
 use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::numeric::Complex;
 
-/// Shares by element number; elements that take no part are left out.
+/// Energy shares of a mode by element index; elements without energy are omitted.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyShares {
     /// Shares of the kinetic energy.
     pub kinetic: Vec<(usize, f64)>,
     /// Shares of the strain energy; `None` for rigid-body modes.
     pub strain: Option<Vec<(usize, f64)>>,
-    /// Shares of the energy lost in a period by elements; `None` where none loses any.
+    /// Shares of the energy dissipated in a period; `None` where no element dissipates energy.
     pub dissipated: Option<Vec<(usize, f64)>>,
-    /// `ζ` estimated from the loss of the undamped shape, `(Σ (c + ηk/ω) W + φᵀCφ)/(2ω φᵀMφ)` with the Rayleigh damping C; `None` for rigid modes or without losses.
+    /// Estimate `ζ ≈ (Σ (c + ηk/ω) W + φᵀCφ)/(2ω φᵀMφ)` from the undamped shape with Rayleigh damping C; `None` for rigid-body modes or without losses.
     pub estimated_damping_ratio: Option<f64>,
 }
 
-/// Shares of kinetic, strain and dissipated energy of a mode by element. Rayleigh damping enters the estimate of ζ alone, modal damping neither.
+/// Shares of kinetic, strain and dissipated energy of a mode by element. Rayleigh damping affects only the estimate of ζ; modal damping is ignored.
 pub fn energy_shares(machine: &Machine, model: &LinearModel, mode: &Mode) -> EnergyShares {
     let p = model.select_independent(&mode.shape);
     let n = machine.elements.len();
@@ -38,24 +38,24 @@ pub fn energy_shares(machine: &Machine, model: &LinearModel, mode: &Mode) -> Ene
     if mode.rigid {
         return result;
     }
-    let (mut strain, mut lost) = (vec![0.0; n], vec![0.0; n]);
+    let (mut strain, mut loss) = (vec![0.0; n], vec![0.0; n]);
     for branch in &model.branches {
         let element = machine.branches[branch.index].element;
         let product = work(branch, &p);
         strain[element] += branch.stiffness * product;
-        lost[element] += (branch.damping + branch.loss_factor * branch.stiffness / omega) * product;
+        loss[element] += (branch.damping + branch.loss_factor * branch.stiffness / omega) * product;
     }
     result.strain = Some(shares(strain));
-    let by_elements: f64 = lost.iter().sum();
-    let everywhere = global_loss(machine, omega) * total;
-    if by_elements + everywhere > 0.0 && total > 0.0 {
-        result.estimated_damping_ratio = Some((by_elements + everywhere) / (2.0 * omega * total));
+    let element_loss: f64 = loss.iter().sum();
+    let total_loss = element_loss + rayleigh_damping(machine, omega) * total;
+    if total_loss > 0.0 && total > 0.0 {
+        result.estimated_damping_ratio = Some(total_loss / (2.0 * omega * total));
     }
-    result.dissipated = (by_elements > 0.0).then(|| shares(lost));
+    result.dissipated = (element_loss > 0.0).then(|| shares(loss));
     result
 }
 
-/// `Re(conj(uᵀφ) wᵀφ)`: what the branch's force does per cycle along its own direction.
+/// Product `W = Re(conj(uᵀφ) wᵀφ)` of a branch's force direction and deflection.
 fn work(branch: &LinearBranch, p: &[Complex]) -> f64 {
     let (u, w) = (
         branch.force_direction().dot_complex(p),
@@ -64,12 +64,12 @@ fn work(branch: &LinearBranch, p: &[Complex]) -> f64 {
     u.re * w.re + u.im * w.im
 }
 
-/// `φᵀCφ / φᵀMφ` of Rayleigh damping at ω; modal damping is per mode and added by the caller.
-fn global_loss(machine: &Machine, omega: f64) -> f64 {
+/// Modal damping `φᵀCφ / φᵀMφ` of Rayleigh damping at ω, 1/s.
+fn rayleigh_damping(machine: &Machine, omega: f64) -> f64 {
     machine.damping.mass + machine.damping.stiffness * omega * omega
 }
 
-/// Each element's part of the sum.
+/// Nonzero values divided by their sum, by element index.
 fn shares(values: Vec<f64>) -> Vec<(usize, f64)> {
     let total: f64 = values.iter().sum();
     values
@@ -80,7 +80,7 @@ fn shares(values: Vec<f64>) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// The element with the largest share.
+/// Index and share of the element with the largest share.
 pub fn dominant_element(shares: &[(usize, f64)]) -> Option<(usize, f64)> {
     shares.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -1,8 +1,8 @@
-//! Massless coordinates kept as algebraic unknowns `0 = g(t, q, v, z)` (index-1 DAE).
+//! Massless coordinates as algebraic unknowns of an index-1 DAE, `0 = g(t, q, v, z)`.
 //!
-//! Where a damper acts on one, its row gives the rate: `q̇ = v`, `0 = g`. Else it gives the place, and what keeps it zero the rate:
-//! `0 = g`, `0 = ġ`. Both are of index one while the dampers there, or the stiffness there, form a regular matrix (Hairer and Wanner,
-//! Solving Ordinary Differential Equations II, 2nd edition 1996, VI.1); what is of higher index is refused.
+//! A damped massless coordinate has its rate as unknown: `q̇ = v`, `0 = g`. An undamped one has its position and rate as unknowns:
+//! `0 = g`, `0 = ġ`. Both are of index one if the damping, or the stiffness, of these coordinates is a regular matrix (Hairer and
+//! Wanner, Solving Ordinary Differential Equations II, 2nd edition 1996, VI.1); higher index is rejected.
 
 use super::dynamic_model::{DynamicModel, ElementState, ForceElement, ForceLaw, Regime};
 use crate::base::code::Code;
@@ -12,33 +12,33 @@ use crate::machine::direction::Direction;
 use crate::numeric::lu::Lu;
 use crate::numeric::{Matrix, symmetric};
 
-/// Rounds of Newton's iteration for places: it starts where the last step ended.
+/// Maximum number of Newton iterations for positions.
 const MAX_NEWTON: usize = 60;
 
-/// Changes of this size, relative to the largest coordinate, are rounding.
+/// Newton correction, relative to the largest coordinate, that is rounding.
 const ROUNDING: f64 = 1e-15;
 
-/// A last change beyond this, relative to the largest coordinate, is no place found.
+/// Last Newton correction, relative to the largest coordinate, of a converged position.
 const CONVERGED: f64 = 1e-9;
 
-/// Halvings of a change that does not bring the forces nearer to balance.
+/// Maximum number of halvings of a Newton correction that does not reduce the residual force.
 const MAX_HALVINGS: u32 = 40;
 
 /// Maximum number of contact-state updates while positions are solved.
 const MAX_UPDATES: usize = 20;
 
-/// An eigenvalue of a matrix with ones on its diagonal below this is zero: the rounding of sums of squares.
+/// Smallest eigenvalue of a regular matrix with unit diagonal: the rounding of sums of squares.
 const ROUNDING_TOLERANCE: f64 = 1e-13;
 
-/// Coordinates without inertia, by what their rows give.
+/// Massless coordinates by their algebraic unknown.
 struct MasslessCoordinates {
-    /// Their rates.
+    /// Coordinates with unknown rate.
     damped: Vec<usize>,
-    /// Their places.
-    fixed: Vec<usize>,
+    /// Coordinates with unknown position and rate.
+    undamped: Vec<usize>,
 }
 
-/// Why a method that divides by inertia cannot take a machine; absent where it can.
+/// Reason against a method that requires inertia at all coordinates; absent if the model has it.
 pub fn why_inertia_needed(model: &DynamicModel) -> Option<String> {
     let first = (0..model.coordinate_count()).find(|&i| model.is_massless(i))?;
     Some(format!(
@@ -73,53 +73,47 @@ fn damps(b: &ForceElement, state: ElementState) -> bool {
 }
 
 fn component(direction: &Direction, coordinate: usize) -> f64 {
-    let own = direction.entries().filter(|x| x.0 == coordinate);
-    own.map(|x| x.1).sum()
+    let terms = direction.entries().filter(|x| x.0 == coordinate);
+    terms.map(|x| x.1).sum()
 }
 
 impl DynamicModel {
-    /// Whether a coordinate has no inertia.
+    /// Whether the given coordinate has no inertia.
     pub fn is_massless(&self, coordinate: usize) -> bool {
         self.mass.entry(coordinate, coordinate) == 0.0
     }
 
-    /// Some coordinate has no inertia.
+    /// Whether a coordinate has no inertia.
     pub fn has_massless(&self) -> bool {
         (0..self.coordinate_count()).any(|i| self.is_massless(i))
     }
 
-    fn light(&self, states: &[ElementState]) -> MasslessCoordinates {
+    fn massless(&self, states: &[ElementState]) -> MasslessCoordinates {
         let is_damped = |&i: &usize| {
             let mut acting = self.elements.iter().zip(states);
-            acting.any(|(b, &stand)| damps(b, stand) && component(&b.direction, i) != 0.0)
+            acting.any(|(b, &state)| damps(b, state) && component(&b.direction, i) != 0.0)
         };
-        let light = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
-        let (damped, held) = light.partition(is_damped);
-        MasslessCoordinates {
-            damped,
-            fixed: held,
-        }
+        let massless = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
+        let (damped, undamped) = massless.partition(is_damped);
+        MasslessCoordinates { damped, undamped }
     }
 
-    /// Which states an equation of motion moves; the rows of the others hold what must be zero.
+    /// Mask of differential states; the rows of all other states are algebraic residuals.
     pub fn differential_states(&self, regime: &Regime) -> Vec<bool> {
         let n = self.coordinate_count();
-        let MasslessCoordinates {
-            damped,
-            fixed: held,
-        } = self.light(&regime.states);
+        let MasslessCoordinates { damped, undamped } = self.massless(&regime.states);
         let mut moves = vec![true; 2 * n + self.internal_count()];
-        for &i in damped.iter().chain(&held) {
+        for &i in damped.iter().chain(&undamped) {
             moves[n + i] = false;
         }
-        for i in held {
+        for i in undamped {
             moves[i] = false;
         }
         moves
     }
 
-    /// Puts the rows of coordinates without inertia in place of their equations of motion; `g` are the forces on all
-    /// coordinates, and the rows of inner states are there.
+    /// Replaces the equations of motion of massless coordinates by algebraic residuals; `g` are the forces on all coordinates, N·m
+    /// or N. `dy` contains the rates of internal states.
     pub fn algebraic_rows(
         &self,
         regime: Option<&Regime>,
@@ -129,20 +123,17 @@ impl DynamicModel {
     ) {
         let n = self.coordinate_count();
         let regime = self.output_regime(regime, t, y);
-        let MasslessCoordinates {
-            damped,
-            fixed: held,
-        } = self.light(&regime.states);
+        let MasslessCoordinates { damped, undamped } = self.massless(&regime.states);
         for i in damped {
             dy[n + i] = g[i];
         }
-        for i in held {
+        for i in undamped {
             dy[n + i] = self.force_rate(i, &regime, (t, y), dy);
             dy[i] = g[i];
         }
     }
 
-    /// ġ of a coordinate without inertia that no damper acts on.
+    /// Force rate ġ, N·m/s or N/s, of an undamped massless coordinate.
     fn force_rate(
         &self,
         coordinate: usize,
@@ -152,106 +143,100 @@ impl DynamicModel {
     ) -> f64 {
         let n = self.coordinate_count();
         let mut sum = 0.0;
-        for (at, drive) in self.forces.iter().enumerate() {
-            let own = component(&drive.direction, coordinate);
-            if own != 0.0 {
-                sum += own * drive.signal.slope(t, regime.pieces[at] as usize);
+        for (index, drive) in self.forces.iter().enumerate() {
+            let entry = component(&drive.direction, coordinate);
+            if entry != 0.0 {
+                sum += entry * drive.signal.slope(t, regime.pieces[index] as usize);
             }
         }
         let mut inner = 2 * n;
-        for (at, b) in self.elements.iter().enumerate() {
-            let own = component(&b.direction, coordinate);
-            if own != 0.0 {
-                let piece = self.error_pieces(Some(regime), at, t);
+        for (index, b) in self.elements.iter().enumerate() {
+            let entry = component(&b.direction, coordinate);
+            if entry != 0.0 {
+                let piece = self.error_pieces(Some(regime), index, t);
                 let change = match b.law {
                     ForceLaw::Maxwell { .. } => dy[inner],
                     _ => {
                         let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], piece);
-                        self.element_force(at, Some(regime), t, y, 0.0).1 * rate
+                        self.element_force(index, Some(regime), t, y, 0.0).1 * rate
                     }
                 };
-                sum -= own * change;
+                sum -= entry * change;
             }
             inner += b.internal_count();
         }
         sum
     }
 
-    /// `Σ x w wᵀ` over some coordinates, x of every branch.
+    /// Matrix `Σ x w wᵀ` over some coordinates, with a coefficient x per element.
     fn assemble_rows(&self, coordinates: &[usize], x: impl Fn(usize) -> f64) -> Matrix {
         let m = coordinates.len();
         let mut sum = Matrix::zeros(m, m);
-        for (at, b) in self.elements.iter().enumerate() {
-            let own: Vec<f64> = coordinates
+        for (element, b) in self.elements.iter().enumerate() {
+            let row: Vec<f64> = coordinates
                 .iter()
                 .map(|&i| component(&b.direction, i))
                 .collect();
-            if own.iter().all(|a| *a == 0.0) {
+            if row.iter().all(|a| *a == 0.0) {
                 continue;
             }
-            let x = x(at);
+            let x = x(element);
             for i in 0..m {
                 for j in 0..m {
-                    sum[(i, j)] += x * own[i] * own[j];
+                    sum[(i, j)] += x * row[i] * row[j];
                 }
             }
         }
         sum
     }
 
-    /// Checks that the equations are of index one in every contact state: with all contacts open, the remaining elements hold every
-    /// coordinate without inertia.
+    /// Checks that the equations are of index one in every contact state: with all contacts open, the remaining elements determine
+    /// every massless coordinate.
     ///
     /// # Errors
-    /// The first coordinate that nothing holds.
+    /// The first undetermined coordinate.
     pub fn check_index_one(&self) -> Result<(), usize> {
         let open = |b: &ForceElement| match &b.law {
             ForceLaw::Contact(contact) => ElementState::Contact(contact.state(0.0, 0.0, 1.0), 0),
             _ => ElementState::Smooth,
         };
         let states: Vec<ElementState> = self.elements.iter().map(open).collect();
-        let MasslessCoordinates {
-            damped,
-            fixed: held,
-        } = self.light(&states);
-        let of_contact = |at: usize| match (&self.elements[at].law, states[at]) {
+        let MasslessCoordinates { damped, undamped } = self.massless(&states);
+        let contact_force = |element: usize| match (&self.elements[element].law, states[element]) {
             (ForceLaw::Contact(contact), ElementState::Contact(state, _)) => {
                 contact.force(state, 1.0)
             }
             _ => Default::default(),
         };
-        let damper = |at: usize| match &self.elements[at].law {
+        let damper = |element: usize| match &self.elements[element].law {
             ForceLaw::Linear { damping, .. } | ForceLaw::Nonlinear { damping, .. } => *damping,
-            _ => of_contact(at).rate,
+            _ => contact_force(element).rate,
         };
-        let spring = |at: usize| match &self.elements[at].law {
+        let spring = |element: usize| match &self.elements[element].law {
             ForceLaw::Linear { stiffness, .. } => *stiffness,
             ForceLaw::Nonlinear { characteristic, .. } => characteristic.rated_secant(),
-            _ => of_contact(at).deflection,
+            _ => contact_force(element).deflection,
         };
         regular(&self.assemble_rows(&damped, damper), &damped)?;
-        regular(&self.assemble_rows(&held, spring), &held)
+        regular(&self.assemble_rows(&undamped, spring), &undamped)
     }
 
-    /// The state with what has no equation of motion where it must be, the rest as it is.
+    /// Consistent state: solves the algebraic unknowns for given differential states.
     ///
     /// # Errors
-    /// `NoConvergence` where nothing says where that is.
+    /// `NoConvergence` for undetermined unknowns.
     pub fn consistent_state(&self, regime: &Regime, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
         let n = self.coordinate_count();
-        let MasslessCoordinates {
-            damped,
-            fixed: held,
-        } = self.light(&regime.states);
+        let MasslessCoordinates { damped, undamped } = self.massless(&regime.states);
         let mut y = y.to_vec();
-        self.solve_positions(&held, regime, t, &mut y)?;
-        let floats = |_: Error| self.undetermined_error(t);
+        self.solve_positions(&undamped, regime, t, &mut y)?;
+        let undetermined = |_: Error| self.undetermined_error(t);
         if !damped.is_empty() {
-            let rates = self.assemble_rows(&damped, |at| {
-                self.element_force(at, Some(regime), t, &y, 0.0).2
+            let rates = self.assemble_rows(&damped, |element| {
+                self.element_force(element, Some(regime), t, &y, 0.0).2
             });
-            let rates = Lu::new(&rates).map_err(floats)?;
-            // The second time takes off what rounding left.
+            let rates = Lu::new(&rates).map_err(undetermined)?;
+            // The second solution removes the rounding error of the first.
             for _ in 0..2 {
                 let g = self.applied_forces(Some(regime), t, &y);
                 let mut change: Vec<f64> = damped.iter().map(|&i| g[i]).collect();
@@ -259,77 +244,83 @@ impl DynamicModel {
                 damped.iter().zip(change).for_each(|(&i, x)| y[n + i] += x);
             }
         }
-        if !held.is_empty() {
-            let stiffness = self.assemble_rows(&held, |at| match self.elements[at].law {
-                ForceLaw::Maxwell { stiffness, .. } => stiffness,
-                _ => self.element_force(at, Some(regime), t, &y, 0.0).1,
-            });
-            let stiffness = Lu::new(&stiffness).map_err(floats)?;
+        if !undamped.is_empty() {
+            let stiffness =
+                self.assemble_rows(&undamped, |element| match self.elements[element].law {
+                    ForceLaw::Maxwell { stiffness, .. } => stiffness,
+                    _ => self.element_force(element, Some(regime), t, &y, 0.0).1,
+                });
+            let stiffness = Lu::new(&stiffness).map_err(undetermined)?;
             for _ in 0..2 {
                 let mut dy = vec![0.0; y.len()];
                 self.derivative_in(Some(regime), t, &y, &mut dy);
-                let mut change: Vec<f64> = held.iter().map(|&i| dy[n + i]).collect();
+                let mut change: Vec<f64> = undamped.iter().map(|&i| dy[n + i]).collect();
                 stiffness.solve(&mut change);
-                held.iter().zip(change).for_each(|(&i, x)| y[n + i] += x);
+                undamped
+                    .iter()
+                    .zip(change)
+                    .for_each(|(&i, x)| y[n + i] += x);
             }
         }
         Ok(y)
     }
 
-    /// Newton's iteration for the places of coordinates that springs alone hold.
+    /// Newton's iteration for the positions of undamped massless coordinates.
     fn solve_positions(
         &self,
-        held: &[usize],
+        undamped: &[usize],
         regime: &Regime,
         t: f64,
         y: &mut [f64],
     ) -> Result<(), Error> {
-        if held.is_empty() {
+        if undamped.is_empty() {
             return Ok(());
         }
         let n = self.coordinate_count();
         let forces = |y: &[f64]| -> Vec<f64> {
             let g = self.applied_forces(Some(regime), t, y);
-            held.iter().map(|&i| g[i]).collect()
+            undamped.iter().map(|&i| g[i]).collect()
         };
         let size = |g: &[f64]| g.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let mut now = forces(y);
+        let mut current = forces(y);
         let mut last = f64::INFINITY;
         for _ in 0..MAX_NEWTON {
-            let stiffness =
-                self.assemble_rows(held, |at| self.element_force(at, Some(regime), t, y, 0.0).1);
-            let lu = Lu::new(&stiffness).map_err(|_| self.undetermined_error(t))?;
-            let mut change = now.clone();
-            lu.solve(&mut change);
-            let reach = y[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            last = size(&change) / reach.max(f64::MIN_POSITIVE);
-            let from = y.to_vec();
-            let nearer = (0..MAX_HALVINGS).any(|halving| {
-                let share = f64::from(halving).exp2().recip();
-                held.iter()
-                    .zip(&change)
-                    .for_each(|(&i, x)| y[i] = from[i] + share * x);
-                let then = forces(y);
-                let nearer = size(&then) < size(&now);
-                if nearer {
-                    now = then;
-                }
-                nearer
+            let stiffness = self.assemble_rows(undamped, |element| {
+                self.element_force(element, Some(regime), t, y, 0.0).1
             });
-            if !nearer {
-                y.copy_from_slice(&from);
+            let lu = Lu::new(&stiffness).map_err(|_| self.undetermined_error(t))?;
+            let mut change = current.clone();
+            lu.solve(&mut change);
+            let largest = y[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            last = size(&change) / largest.max(f64::MIN_POSITIVE);
+            let start = y.to_vec();
+            let reduced = (0..MAX_HALVINGS).any(|halving| {
+                let share = f64::from(halving).exp2().recip();
+                undamped
+                    .iter()
+                    .zip(&change)
+                    .for_each(|(&i, x)| y[i] = start[i] + share * x);
+                let residual = forces(y);
+                let reduced = size(&residual) < size(&current);
+                if reduced {
+                    current = residual;
+                }
+                reduced
+            });
+            if !reduced {
+                y.copy_from_slice(&start);
             }
-            if !nearer || last <= ROUNDING {
+            if !reduced || last <= ROUNDING {
                 break;
             }
         }
-        match last <= CONVERGED || size(&now) == 0.0 {
+        match last <= CONVERGED || size(&current) == 0.0 {
             true => Ok(()),
             false => Err(self.undetermined_error(t)),
         }
     }
 
-    /// The regime at a state and the state that is consistent with it.
+    /// Regime at a state and the consistent state.
     ///
     /// # Errors
     /// As [`DynamicModel::consistent_state`].
@@ -341,18 +332,18 @@ impl DynamicModel {
         let mut y = y.to_vec();
         for _ in 0..MAX_UPDATES {
             y = self.consistent_state(&regime, t, &y)?;
-            let anew = self.regime(t, &y);
-            if anew == regime {
+            let next = self.regime(t, &y);
+            if next == regime {
                 break;
             }
-            regime = anew;
+            regime = next;
         }
         Ok((regime, y))
     }
 
     fn undetermined_error(&self, t: f64) -> Error {
-        let light = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
-        let names: Vec<&str> = light.map(|i| &self.coordinates[i][..]).collect();
+        let massless = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
+        let names: Vec<&str> = massless.map(|i| &self.coordinates[i][..]).collect();
         let message = format!(
             "at t = {} neither stiffness nor dampers determine {}, which has no inertia",
             format_instant(t),
@@ -364,21 +355,21 @@ impl DynamicModel {
     }
 }
 
-/// Whether a sum of squares is regular.
+/// Checks that a sum of squares is regular; the error is the first undetermined coordinate.
 fn regular(a: &Matrix, coordinates: &[usize]) -> Result<(), usize> {
     let Some(&first) = coordinates.first() else {
         return Ok(());
     };
-    let floats = (0..coordinates.len()).find(|&i| a[(i, i)] <= 0.0);
-    if let Some(at) = floats {
-        return Err(coordinates[at]);
+    let undetermined = (0..coordinates.len()).find(|&i| a[(i, i)] <= 0.0);
+    if let Some(index) = undetermined {
+        return Err(coordinates[index]);
     }
-    // In units of its own diagonal, so that soft next to stiff is no matter.
+    // Scaled to unit diagonal, so that the stiffness ratio does not matter.
     let unit = |i: usize| a[(i, i)].sqrt().recip();
     let scaled = Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * unit(i) * unit(j));
-    let least = symmetric::symmetric_eigen(&scaled)
-        .map(|found| found.values.into_iter().fold(f64::INFINITY, f64::min));
-    match least.is_ok_and(|x| x > ROUNDING_TOLERANCE) {
+    let smallest = symmetric::symmetric_eigen(&scaled)
+        .map(|eigen| eigen.values.into_iter().fold(f64::INFINITY, f64::min));
+    match smallest.is_ok_and(|x| x > ROUNDING_TOLERANCE) {
         true => Ok(()),
         false => Err(first),
     }

@@ -31,7 +31,7 @@ use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{self, FrictionLaw, InitialState, LoadHistory, MeshPhase, MotionProfile};
 use crate::scene::model::{MeshSprings, ToothPairs};
 
-/// One period of a wave, and load over deflection along it.
+/// Waveform of one period, with the load–deflection table along it.
 type WaveShape = (Waveform, Option<Arc<LoadTable>>);
 
 /// Inputs shared by all parts of the assembly.
@@ -40,17 +40,17 @@ struct Assembler<'a> {
     kinematics: &'a Kinematics,
     operating: OperatingPoint,
     model: LinearModel,
-    /// Mean speed of every degree of freedom, rad/s, where the file states any.
+    /// Mean speed of every degree of freedom, rad/s, if the file states any.
     speeds: Option<&'a [f64]>,
     phase: MeshPhase,
 }
 
-/// Assembles a machine for integration in time, as it begins; `speeds` are the mean speeds of all degrees of freedom, rad/s,
-/// where any are known.
+/// Assembles the dynamic model of a machine for time integration; `speeds` are the mean speeds of all degrees of freedom, rad/s,
+/// if known.
 ///
 /// # Errors
-/// What has no motion in time: loss factors, nodes without inertia at anything but springs and dampers, contacts with play and damping of which nobody says what
-/// the damper does when they open; waves or cutters at speeds nobody states.
+/// Elements without time-domain model: loss factors; massless nodes at elements other than springs and dampers; contacts with play and
+/// damping but without contact damping law; waves or cutters without speed.
 pub fn assemble(
     machine: &Machine,
     kinematics: &Kinematics,
@@ -58,14 +58,14 @@ pub fn assemble(
     begin: &InitialConditions,
     speeds: Option<&[f64]>,
 ) -> Result<AssembledModel, Error> {
-    // Contacts with play open and close in the motion; meshes without play push along the flank that the mean loads press.
+    // Contacts with play open and close in time; meshes without play act along the flank in contact under the mean loads.
     let operating = OperatingPoint {
         coast: operating.coast.clone(),
         ..OperatingPoint::default()
     };
     let model = LinearModel::new(machine, kinematics, &operating)?;
     check_supported(machine, &model)?;
-    let site = Assembler {
+    let asm = Assembler {
         machine,
         kinematics,
         operating,
@@ -73,86 +73,86 @@ pub fn assemble(
         speeds,
         phase: begin.phase,
     };
-    let coordinates = site
+    let coordinates = asm
         .model
         .independent_dofs
         .iter()
         .map(|&i| machine.dof_name(i))
         .collect();
-    let mass = site.mass()?;
-    let general = site.gyroscopic_and_modal_terms()?;
-    let (mut branches, mut of) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
-    for lb in &site.model.branches {
-        for branch in site.branch(lb)? {
-            of[lb.index].push(branches.len());
-            branches.push(branch);
+    let mass = asm.mass()?;
+    let general = asm.gyroscopic_and_modal_terms()?;
+    let (mut elements, mut by_branch) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
+    for linear in &asm.model.branches {
+        for branch in asm.branch(linear)? {
+            by_branch[linear.index].push(elements.len());
+            elements.push(branch);
         }
     }
-    branches.extend(site.friction_elements(&of)?);
-    branches.extend(site.angle_locked_loads());
+    elements.extend(asm.friction_elements(&by_branch)?);
+    elements.extend(asm.angle_locked_loads());
     let mut known: Vec<(String, usize, Signal)> = Vec::new();
     for motor in &machine.motors {
         let name = machine.elements[motor.element].name.clone();
         match &motor.drive {
             laws::MotorModel::Curve { curve, lag } => {
-                branches.push(motor_branch(name, site.dof_row(motor.dof), curve, *lag))
+                elements.push(motor_branch(name, asm.dof_row(motor.dof), curve, *lag))
             }
-            laws::MotorModel::Speed(course) => {
-                let (at, ratio) = site.prescribe(motor, &known)?;
+            laws::MotorModel::Speed(profile) => {
+                let (coordinate, ratio) = asm.prescribe(motor, &known)?;
                 known.push((
                     name,
-                    at,
-                    history_to_signal(course)?.integral().scaled(ratio),
+                    coordinate,
+                    history_to_signal(profile)?.integral().scaled(ratio),
                 ));
             }
-            laws::MotorModel::Angle(course) => {
-                let (at, ratio) = site.prescribe(motor, &known)?;
-                known.push((name, at, history_to_signal(course)?.scaled(ratio)));
+            laws::MotorModel::Angle(profile) => {
+                let (coordinate, ratio) = asm.prescribe(motor, &known)?;
+                known.push((name, coordinate, history_to_signal(profile)?.scaled(ratio)));
             }
         }
     }
-    let loads = site.loads()?;
+    let loads = asm.loads()?;
     let drives = loads.iter().map(|(dof, signal)| AppliedForce {
         name: load_name(machine, *dof),
-        direction: site.dof_row(*dof),
+        direction: asm.dof_row(*dof),
         signal: signal.clone(),
     });
-    let drives = drives.chain(site.carried_round(begin.at));
-    let train = DynamicModel {
+    let drives = drives.chain(asm.centrifugal_forces(begin.at));
+    let model = DynamicModel {
         coordinates,
         mass,
-        elements: branches,
+        elements,
         forces: drives.collect(),
         mass_damping: machine.damping.mass,
         unattached: general,
     };
-    let dofs = site.model.transform.iter().map(|terms| {
+    let dofs = asm.model.transform.iter().map(|terms| {
         Some(LinearCombination {
             terms: terms.clone(),
             imposed: None,
         })
     });
-    let moving = AssembledModel {
+    let assembled = AssembledModel {
         dofs: dofs.collect(),
-        retained: (0..train.coordinate_count()).collect(),
-        model: train,
-        springs: vec![None; of.len()],
+        retained: (0..model.coordinate_count()).collect(),
+        model,
+        springs: vec![None; by_branch.len()],
         loads,
-        branches: of,
-        rigid: site.model.rigid.clone(),
+        branches: by_branch,
+        rigid: asm.model.rigid.clone(),
         prescribed: None,
     };
-    let light = site.model.massless.iter().copied();
-    let light: Vec<usize> = light.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
-    moving
-        .without_massless(&light, &|j| {
-            let node = machine.dofs[site.model.independent_dofs[j]].node;
+    let ids = asm.model.massless.iter().copied();
+    let massless: Vec<usize> = ids.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
+    assembled
+        .without_massless(&massless, &|j| {
+            let node = machine.dofs[asm.model.independent_dofs[j]].node;
             machine.elements[machine.nodes[node].element].span.clone()
         })?
         .without_prescribed(known)
 }
 
-/// Says what has no motion in time.
+/// Checks that all elements have a time-domain model.
 fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> {
     if let Some(lb) = model.branches.iter().find(|b| b.loss_factor != 0.0) {
         let element = &machine.elements[machine.branches[lb.index].element];
@@ -170,18 +170,18 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
         let is_speed =
             |m: &components::MotorDrive| !matches!(m.drive, laws::MotorModel::Curve { .. });
         if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor)) {
-            let (one, two) = (
+            let (first, second) = (
                 &machine.elements[other.element],
                 &machine.elements[motor.element],
             );
             let message = format!(
                 "`{}` and `{}` both act on {}, and one of them prescribes its motion",
-                one.name,
-                two.name,
+                first.name,
+                second.name,
                 machine.dof_name(motor.dof)
             );
             return Err(Error::new(Code::Conflict, message)
-                .with_span(&two.span)
+                .with_span(&second.span)
                 .with_hint("leave one of them out"));
         }
     }
@@ -189,7 +189,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
 }
 
 impl Assembler<'_> {
-    /// A degree of freedom over the independent coordinates.
+    /// Row of a degree of freedom over the independent coordinates.
     fn dof_row(&self, dof: usize) -> Direction {
         Direction::new(1.0, self.model.transform[dof].iter().copied())
     }
@@ -238,11 +238,11 @@ impl Assembler<'_> {
         Ok(Some((matrices.stiffness, matrices.damping)))
     }
 
-    /// Centrifugal forces `m r Ω²` on masses that a carrier turns. In a steady start the coordinates contain the mean rotation, on which
-    /// the Coriolis terms act with `2 m r Ω θ̇`: `m r Ω²` of it is too much. About a start at rest nothing is added.
-    fn carried_round(&self, at: InitialState) -> Vec<AppliedForce> {
+    /// Centrifugal forces `m r Ω²` on masses that rotate with a carrier. In a steady start the coordinates contain the mean rotation, so
+    /// that the Coriolis terms `2 m r Ω θ̇` exceed them by `m r Ω²`, which is subtracted; a start at rest needs no correction.
+    fn centrifugal_forces(&self, at: InitialState) -> Vec<AppliedForce> {
         let speeds = self.speeds.filter(|_| at == InitialState::Steady);
-        let each = self.machine.gyroscopic.iter().filter_map(|spin| {
+        let forces = self.machine.gyroscopic.iter().filter_map(|spin| {
             let (dof, lever) = spin.outwards?;
             let omega = speeds?[spin.turning];
             (lever * omega != 0.0).then(|| AppliedForce {
@@ -251,17 +251,17 @@ impl Assembler<'_> {
                 signal: Signal::constant(-lever * omega * omega),
             })
         });
-        each.collect()
+        forces.collect()
     }
 
-    /// A branch of the machine, or one for each flank where these push in different directions.
+    /// Force elements of a branch: one, or one per flank if the flanks act in different directions.
     fn branch(&self, lb: &LinearBranch) -> Result<Vec<ForceElement>, Error> {
-        let part = &self.machine.branches[lb.index];
+        let branch = &self.machine.branches[lb.index];
         let damping = lb.damping + self.machine.damping.stiffness * lb.stiffness;
-        let variation = match &part.stiffness_variation {
+        let variation = match &branch.stiffness_variation {
             None => None,
             Some(wave) => {
-                let table = match &part.mesh_springs {
+                let table = match &branch.mesh_springs {
                     Some(MeshSprings::LoadTable(table)) => Some(table.clone()),
                     _ => None,
                 };
@@ -269,7 +269,7 @@ impl Assembler<'_> {
                 Some(self.wave(lb.index, shape, wave.phase, 1)?)
             }
         };
-        if let Some(MeshSprings::ToothPairs(pairs)) = &part.mesh_springs {
+        if let Some(MeshSprings::ToothPairs(pairs)) = &branch.mesh_springs {
             return self.tooth_pairs(lb, pairs, damping);
         }
         let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
@@ -285,33 +285,33 @@ impl Assembler<'_> {
                 angle_waves: followed,
             }
         };
-        let pressed = usize::from(self.operating.state(lb.index) == ActiveFlank::Coast);
-        if let Some(characteristic) = part.characteristic.clone() {
+        let loaded_flank = usize::from(self.operating.state(lb.index) == ActiveFlank::Coast);
+        if let Some(characteristic) = branch.characteristic.clone() {
             let law = ForceLaw::Nonlinear {
                 characteristic,
                 damping,
             };
             return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
-        if part.backlash == 0.0 && part.stiffness_variation.is_none() {
+        if branch.backlash == 0.0 && branch.stiffness_variation.is_none() {
             let law = ForceLaw::Linear {
                 stiffness: lb.stiffness,
                 damping,
             };
-            return Ok(vec![make(lb.direction.clone(), law, pressed)]);
+            return Ok(vec![make(lb.direction.clone(), law, loaded_flank)]);
         }
-        let contact_damping = self.losses(part, damping)?;
+        let contact_damping = self.losses(branch, damping)?;
         let contact = |flanks: ActiveFlanks| {
             ForceLaw::Contact(ContactLaw {
                 stiffness: lb.stiffness,
                 damping,
-                half_play: part.backlash / 2.0,
+                half_play: branch.backlash / 2.0,
                 contact_damping,
                 flanks,
             })
         };
-        Ok(match &part.coast {
-            Some(coast) if part.backlash > 0.0 => {
+        Ok(match &branch.coast {
+            Some(coast) if branch.backlash > 0.0 => {
                 vec![
                     make(lb.direction.clone(), contact(ActiveFlanks::Drive), 0),
                     make(self.reduced(coast), contact(ActiveFlanks::Coast), 1),
@@ -320,22 +320,22 @@ impl Assembler<'_> {
             _ => vec![make(
                 lb.direction.clone(),
                 contact(ActiveFlanks::Both),
-                pressed,
+                loaded_flank,
             )],
         })
     }
 
-    /// The tooth pairs of a mesh, drive flanks first: one-sided springs with the gap as imposed displacement. The damping of the mesh is
-    /// that of the pairs that carry in the mean.
+    /// Tooth pairs of a mesh, drive flanks first: one-sided springs with the gap as imposed displacement. The mean number of loaded pairs
+    /// shares the mesh damping.
     fn tooth_pairs(
         &self,
         lb: &LinearBranch,
         pairs: &ToothPairs,
         damping: f64,
     ) -> Result<Vec<ForceElement>, Error> {
-        let part = &self.machine.branches[lb.index];
-        let contact_damping = self.losses(part, damping)?;
-        let coast = part.coast.as_ref().map(|coast| self.reduced(coast));
+        let branch = &self.machine.branches[lb.index];
+        let contact_damping = self.losses(branch, damping)?;
+        let coast = branch.coast.as_ref().map(|coast| self.reduced(coast));
         let sides = [
             (ActiveFlanks::Drive, 1.0, lb.direction.clone()),
             (
@@ -348,7 +348,7 @@ impl Assembler<'_> {
         for (flank, ((flanks, sign, direction), spring)) in
             sides.into_iter().zip(&pairs.flanks).enumerate()
         {
-            // Errors of the gears, but not those of the flanks, which are the gaps.
+            // Gear errors without flank errors, which the gaps contain.
             let (imposed, followed) = self.declared_errors(lb.index, flank)?;
             for number in 0..pairs.count {
                 let lead = spring.phase + TAU * f64::from(number);
@@ -373,7 +373,7 @@ impl Assembler<'_> {
                     law: ForceLaw::Contact(ContactLaw {
                         stiffness: lb.stiffness,
                         damping: damping / pairs.carrying,
-                        half_play: part.backlash / 2.0,
+                        half_play: branch.backlash / 2.0,
                         contact_damping,
                         flanks,
                     }),
@@ -387,20 +387,20 @@ impl Assembler<'_> {
     }
 
     /// Contact damping at opening and closing; it must be specified.
-    fn losses(&self, part: &components::Branch, damping: f64) -> Result<ContactDamping, Error> {
-        let stated = part.contact_damping.or(self.machine.damping.contacts);
-        if part.backlash == 0.0 || damping == 0.0 {
+    fn losses(&self, branch: &components::Branch, damping: f64) -> Result<ContactDamping, Error> {
+        let stated = branch.contact_damping.or(self.machine.damping.contacts);
+        if branch.backlash == 0.0 || damping == 0.0 {
             return Ok(stated.unwrap_or(ContactDamping::Adhesive));
         }
         stated.ok_or_else(|| {
-            let element = &self.machine.elements[part.element];
+            let element = &self.machine.elements[branch.element];
             let message = format!("`{}` has play and damping, and the action of its damper in the open contact is not stated", element.name);
             let hint = "write contact_damping = \"no-pull\" (or \"continuous\", \"adhesive\", \"throughout\") in it, or contacts = … in [damping] for all";
             Error::new(Code::MissingKey, message).with_span(&element.span).with_hint(hint)
         })
     }
 
-    /// A wave of a mesh with a period of so many cycles; `lead` in rad of one cycle.
+    /// Periodic function of a mesh with a period of `period` mesh cycles; `lead` is in rad of one cycle.
     fn wave(
         &self,
         branch: usize,
@@ -426,7 +426,7 @@ impl Assembler<'_> {
         self.rotating_wave(shape, cycle.turning, cycle.carrier, teeth, lead / period)
     }
 
-    /// A wave that passes `cycles` times a turn of a degree of freedom against its carrier.
+    /// Periodic function with `cycles` periods per revolution of a degree of freedom relative to its carrier.
     fn rotating_wave(
         &self,
         (waveform, load_table): WaveShape,
@@ -446,7 +446,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// Phase of a wave that passes `cycles` times a turn of a degree of freedom against its carrier.
+    /// Phase, rad, with `cycles` periods per revolution of a degree of freedom relative to its carrier.
     fn phase(
         &self,
         dof: usize,
@@ -455,10 +455,10 @@ impl Assembler<'_> {
         start: f64,
     ) -> Result<WavePhase, Error> {
         if self.phase == MeshPhase::Angle {
-            let own = self.model.transform[dof].iter().copied();
-            let carried = carrier.map(|c| self.model.transform[c].iter().map(|&(j, a)| (j, -a)));
+            let angle = self.model.transform[dof].iter().copied();
+            let frame = carrier.map(|c| self.model.transform[c].iter().map(|&(j, a)| (j, -a)));
             return Ok(WavePhase::FollowsAngle {
-                angle: Direction::new(cycles, own.chain(carried.into_iter().flatten())),
+                angle: Direction::new(cycles, angle.chain(frame.into_iter().flatten())),
                 start,
                 known: None,
             });
@@ -487,7 +487,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// e of a flank of a branch (0 drive, 1 coast): its harmonics where the speed is imposed, else waves that follow the angle.
+    /// Transmission error e of a flank of a branch (0 drive, 1 coast): harmonics at imposed speed, else periodic functions of the angle.
     fn errors(
         &self,
         branch: usize,
@@ -496,7 +496,7 @@ impl Assembler<'_> {
         self.errors_of(branch, flank, &self.machine.errors)
     }
 
-    /// The same of the errors that the model declares, without those of flanks of gear files.
+    /// Transmission error of the declared errors, without flank errors of gear files.
     fn declared_errors(
         &self,
         branch: usize,
@@ -516,33 +516,33 @@ impl Assembler<'_> {
         let (mut imposed, mut followed): (Option<Signal>, Vec<PeriodicFunction>) =
             (None, Vec::new());
         let acting = errors.iter().flat_map(|error| {
-            let here = error.acts.iter().filter(|act| act.branch == branch);
-            here.map(move |act| (error, act.flanks[flank]))
+            let acts = error.acts.iter().filter(|act| act.branch == branch);
+            acts.map(move |act| (error, act.flanks[flank]))
         });
-        for (error, reach) in acting {
-            let pace = error.periods_per_rev.0 as f64 / error.periods_per_rev.1 as f64;
+        for (error, action) in acting {
+            let order = error.periods_per_rev.0 as f64 / error.periods_per_rev.1 as f64;
             let wave = self.rotating_wave(
-                (error.waveform.scaled(-reach.gain), None),
+                (error.waveform.scaled(-action.gain), None),
                 error.rotation_dof,
                 error.carrier,
-                pace,
-                reach.phase,
+                order,
+                action.phase,
             )?;
             add_displacement(wave, &mut imposed, &mut followed);
         }
         Ok((imposed, followed))
     }
 
-    /// Dry friction; `of` are the branches of the train that each branch of the machine is.
-    fn friction_elements(&self, of: &[Vec<usize>]) -> Result<Vec<ForceElement>, Error> {
-        let mut branches = Vec::new();
+    /// Friction elements; `by_branch` lists the force elements of every branch of the machine.
+    fn friction_elements(&self, by_branch: &[Vec<usize>]) -> Result<Vec<ForceElement>, Error> {
+        let mut elements = Vec::new();
         for brake in &self.machine.friction_elements {
             let direction = self.reduced(&brake.direction);
             let element = &self.machine.elements[brake.element];
             let name = element.name.clone();
             match &brake.grip {
                 FrictionCapacity::Constant => {
-                    branches.push(bare_element(
+                    elements.push(bare_element(
                         name,
                         direction,
                         ForceLaw::Friction(brake.friction),
@@ -553,21 +553,21 @@ impl Assembler<'_> {
                         friction: brake.friction,
                         grip: known::signal(share)?,
                     };
-                    branches.push(bare_element(name, direction, law));
+                    elements.push(bare_element(name, direction, law));
                 }
                 FrictionCapacity::Pressed(pressed) if pressed.coefficient == 0.0 => {
                     let law = ForceLaw::Friction(brake.friction.scaled(pressed.constant));
-                    branches.push(bare_element(format!("{name} friction"), direction, law));
+                    elements.push(bare_element(format!("{name} friction"), direction, law));
                 }
                 FrictionCapacity::Pressed(pressed) => {
                     let name = format!("{name} friction");
-                    for law in self.load_dependent_friction(brake.friction, pressed, of)? {
-                        branches.push(bare_element(name.clone(), direction.clone(), law));
+                    for law in self.load_dependent_friction(brake.friction, pressed, by_branch)? {
+                        elements.push(bare_element(name.clone(), direction.clone(), law));
                     }
                 }
             }
         }
-        Ok(branches)
+        Ok(elements)
     }
 
     fn reduced(&self, direction: &Direction) -> Direction {
@@ -577,12 +577,12 @@ impl Assembler<'_> {
         }
     }
 
-    /// Friction that goes by forces of branches; one law a flank where these are branches of their own.
+    /// Load-dependent friction laws: one, or one per flank if the flanks are separate force elements.
     fn load_dependent_friction(
         &self,
         friction: FrictionLaw,
         pressed: &components::LoadDependentCapacity,
-        of: &[Vec<usize>],
+        by_branch: &[Vec<usize>],
     ) -> Result<Vec<ForceLaw>, Error> {
         let law = |by: Vec<Vec<(usize, f64)>>, path: Option<load_friction::FrictionLevers>| {
             ForceLaw::LoadFriction(Box::new(LoadFriction {
@@ -594,10 +594,10 @@ impl Assembler<'_> {
             }))
         };
         let component = |forces: &Vec<(usize, f64)>| {
-            let each = forces
+            let terms = forces
                 .iter()
-                .flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
-            each.collect()
+                .flat_map(|&(b, share)| by_branch[b].iter().map(move |&at| (at, share)));
+            terms.collect()
         };
         let Some(path) = &pressed.path else {
             return Ok(vec![law(
@@ -613,20 +613,20 @@ impl Assembler<'_> {
             .force_components
             .iter()
             .flatten()
-            .flat_map(|f| &of[f.0]);
+            .flat_map(|f| &by_branch[f.0]);
         let flanks: Vec<usize> = flanks.copied().collect();
-        let own = |(number, &at): (usize, &usize)| {
-            // Branches of their own for coast flanks follow those of drive flanks, and pull with a force below zero as well.
+        let flank_law = |(number, &at): (usize, &usize)| {
+            // Elements of coast flanks follow those of drive flanks; their normal force may be negative as well.
             let flank = 2 * number / flanks.len();
-            let aside = [&path.pitch_point_sliding[flank]; 2];
+            let levers = [&path.pitch_point_sliding[flank]; 2];
             let path = load_friction::FrictionLevers {
-                pitch_point_sliding: aside.map(|d| self.reduced(d)),
+                pitch_point_sliding: levers.map(|d| self.reduced(d)),
                 pieces: path.pieces.clone(),
                 phase: phase.clone(),
             };
             law(vec![vec![(at, 1.0)]], Some(path))
         };
-        Ok(flanks.iter().enumerate().map(own).collect())
+        Ok(flanks.iter().enumerate().map(flank_law).collect())
     }
 
     /// Loads whose orders are locked to the angle of their node.
@@ -647,20 +647,20 @@ impl Assembler<'_> {
         self.machine.histories.iter().filter_map(load).collect()
     }
 
-    /// Whether a constant torque stood for a motor that is there now: one that pushes the way the motor starts, or any where the
-    /// motion itself is prescribed.
+    /// Whether a motor replaces a constant torque: a torque in the starting direction of the motor, or any torque if the motor
+    /// prescribes the motion.
     fn is_replaced_by_motor(&self, dof: usize, torque: f64) -> bool {
         let mut motors = self.machine.motors.iter();
         motors.any(|motor| {
-            let takes = match &motor.drive {
+            let replaces = match &motor.drive {
                 laws::MotorModel::Curve { curve, .. } => curve.torque(0.0) * torque >= 0.0,
                 laws::MotorModel::Speed(_) | laws::MotorModel::Angle(_) => true,
             };
-            motor.dof == dof && takes
+            motor.dof == dof && replaces
         })
     }
 
-    /// Loads over time by degree of freedom, orders where they turn at the mean speed.
+    /// Loads over time by degree of freedom, N·m or N, with orders at the mean speed.
     fn loads(&self) -> Result<Vec<(usize, Signal)>, Error> {
         let mut loads = Vec::new();
         for (dof, history, span) in &self.machine.histories {
@@ -679,11 +679,11 @@ impl Assembler<'_> {
                         })
                 }
                 LoadHistory::FaceMill(mill) => {
-                    let moved = &self.machine.dofs[*dof];
+                    let load = &self.machine.dofs[*dof];
                     // The first of a node's degrees of freedom is its rotation.
                     let mut all = self.machine.dofs.iter();
-                    let head = all.position(|f| f.node == moved.node);
-                    cutting::cutting_force(mill, self.speed(head.unwrap_or(*dof))?, moved.axis)?
+                    let spin = all.position(|f| f.node == load.node);
+                    cutting::cutting_force(mill, self.speed(spin.unwrap_or(*dof))?, load.axis)?
                 }
                 history => known::signal(history).map_err(|e| e.with_span(span))?,
             };
@@ -692,7 +692,7 @@ impl Assembler<'_> {
         Ok(loads)
     }
 
-    /// The coordinate that a prescribed motion moves, and how far per unit.
+    /// Coordinate of a prescribed motion, and its displacement per unit of the motion.
     fn prescribe(
         &self,
         motor: &components::MotorDrive,
@@ -723,7 +723,7 @@ impl Assembler<'_> {
     }
 }
 
-/// Adds a displacement to those imposed in time or to those that follow an angle.
+/// Adds a displacement to those imposed in time or to the functions of an angle.
 fn add_displacement(
     wave: PeriodicFunction,
     imposed: &mut Option<Signal>,
@@ -741,18 +741,18 @@ fn add_displacement(
     }
 }
 
-/// Name of the load on a degree of freedom, as a drive and as a branch.
+/// Name of the load on a degree of freedom, as an applied force and as a force element.
 pub fn load_name(machine: &Machine, dof: usize) -> String {
     format!("load on {}", machine.dof_name(dof))
 }
 
 /// Converts a motion profile to a known function of time.
-fn history_to_signal(course: &MotionProfile) -> Result<Signal, Error> {
-    let swing = course
+fn history_to_signal(profile: &MotionProfile) -> Result<Signal, Error> {
+    let oscillation = profile
         .oscillation
         .map(|s| Signal::harmonic(s.amplitude, s.omega, s.phase));
-    let line = Signal::table(&course.points)?;
-    Ok(swing.map_or(line.clone(), |swing| line.plus(&swing)))
+    let line = Signal::table(&profile.points)?;
+    Ok(oscillation.map_or(line.clone(), |oscillation| line.plus(&oscillation)))
 }
 
 fn bare_element(name: String, direction: Direction, law: ForceLaw) -> ForceElement {

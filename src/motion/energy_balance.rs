@@ -1,8 +1,8 @@
 //! Energy balance of a run: input and dissipated power by Gauss–Kronrod quadrature.
 //!
-//! Each stretch is gone through in panels of Gauss's three points with Kronrod's four between them (Kronrod 1965; Piessens et al.,
-//! QUADPACK, 1983, sec. 2.2.1); where the two rules differ by more than is allowed the panel is halved. What their sums differ by
-//! over the run bounds by far what the better one is off by, so the balance says how well it is known.
+//! Each step interval is divided into panels with the Gauss–Kronrod pair of three and seven points (Kronrod 1965; Piessens et al.,
+//! QUADPACK, 1983, sec. 2.2.1); a panel is halved if the difference of the two rules exceeds its tolerance. The difference
+//! summed over the run is a conservative error bound of the balance.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -16,34 +16,34 @@ use super::regime::{ElementState, Regime};
 use super::wave::{PeriodicFunction, WavePhase};
 use crate::base::time_budget::CancelToken;
 
-/// The balance over a run, J.
+/// Energy balance over a run, J: `ΔE = work_in − dissipated`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyBalance {
-    /// Stored at the start.
+    /// Stored energy at the start.
     pub before: f64,
-    /// Stored at the end.
+    /// Stored energy at the end.
     pub after: f64,
-    /// Put in.
+    /// Input work.
     pub work_in: f64,
-    /// Lost.
+    /// Dissipated energy.
     pub dissipated: f64,
-    /// The largest energy stored at any instant looked at.
+    /// Largest stored energy at any evaluated instant.
     pub peak_stored: f64,
     /// Quadrature error: difference of the two rules over the run.
     pub quadrature_error: f64,
-    /// Readings of the powers.
+    /// Number of power evaluations.
     pub evaluations: u64,
-    /// Share of the run at which integration of the powers stopped; absent where it reached the end.
+    /// Fraction of the run at which integration of the powers stopped; absent if it reached the end.
     pub stopped_at: Option<f64>,
 }
 
 impl EnergyBalance {
-    /// Energy-balance error, as a share of the largest of all parts.
+    /// Energy-balance error relative to the largest term.
     pub fn relative_error(&self) -> f64 {
         self.share((self.after - self.before) - self.work_in + self.dissipated)
     }
 
-    /// Error bound of the gap; absent where the powers were not integrated to the end.
+    /// Quadrature error bound relative to the largest term; absent if integration stopped early.
     pub fn error_bound(&self) -> Option<f64> {
         match self.stopped_at {
             None => Some(self.share(self.quadrature_error)),
@@ -51,7 +51,7 @@ impl EnergyBalance {
         }
     }
 
-    /// The largest of all parts, J.
+    /// Largest term of the balance, J.
     pub fn size(&self) -> f64 {
         self.peak_stored
             .max(self.work_in.abs())
@@ -66,7 +66,7 @@ impl EnergyBalance {
     }
 }
 
-/// Kronrod's seven points from −1 to 1, with their weights and Gauss's.
+/// Abscissae on [−1, 1], Kronrod weights and Gauss weights.
 const POINTS: [(f64, f64, f64); 7] = [
     (-0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
     (
@@ -81,32 +81,32 @@ const POINTS: [(f64, f64, f64); 7] = [
     (0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
 ];
 
-/// Tolerated difference of the two rules in a panel, as a share of the work done to and fro in it.
+/// Tolerance of a panel relative to the absolute work in it.
 const PANEL_TOLERANCE: f64 = 1e-6;
 
-/// And of the largest part of the balance, shared out over the run.
+/// Tolerance of the run relative to the largest term, distributed over time.
 const TOTAL_TOLERANCE: f64 = 1e-5;
 
-/// A panel is not made shorter than this share of the first: a switch that the method stepped over lies in it.
+/// Smallest panel relative to the first: an event that the method did not locate lies in it.
 const MIN_PANEL: f64 = 1e-6;
 
-/// Readings of the powers after which adding up is given up: some seconds for twenty degrees of freedom.
+/// Maximum number of power evaluations: some seconds for twenty degrees of freedom.
 pub const MAX_EVALUATIONS: u64 = 3_000_000;
 
 /// Limit of the integration of the powers.
 pub struct BalanceLimit {
-    /// After so many readings.
+    /// Maximum number of power evaluations.
     pub evaluations: u64,
-    /// Or before, where it would take far more.
+    /// Stop early if the predicted number is far larger.
     pub predicts: bool,
-    /// Or once this is due.
+    /// Cancellation token.
     pub cancel: CancelToken,
 }
 
-/// Adds up the powers of a run.
+/// Integrator of input and dissipated power over a run.
 pub struct EnergyIntegrator {
     model: DynamicModel,
-    /// Prescribed motions: with them the whole machine is balanced, with the power that keeps them up.
+    /// Prescribed motions: the balance is that of the full model, including their input power.
     known: Option<PrescribedReduction>,
     run: [f64; 2],
     limit: BalanceLimit,
@@ -116,7 +116,7 @@ pub struct EnergyIntegrator {
     last: Option<IntervalEnd>,
 }
 
-/// The whole machine at an end of an interval.
+/// State of the full model at an end of an interval.
 struct IntervalEnd {
     /// Start of the interval, s.
     from: f64,
@@ -125,19 +125,19 @@ struct IntervalEnd {
     regime: Regime,
 }
 
-/// Results of the two rules in a panel.
+/// Quadrature of one panel by both rules, J.
 #[derive(Default)]
 struct QuadraturePanel {
     work_in: f64,
     dissipated: f64,
-    /// Work from the absolute values of both.
+    /// Integral of the absolute powers.
     work: f64,
     /// Difference of the two rules.
     quadrature_error: [f64; 2],
 }
 
 impl EnergyIntegrator {
-    /// An integrator that observes a run of a machine from one instant to another, s.
+    /// Integrator attached to the observer of a run; `run` is its start and end, s.
     pub fn observe(
         model: &DynamicModel,
         known: Option<&PrescribedReduction>,
@@ -155,9 +155,9 @@ impl EnergyIntegrator {
             last: None,
         };
         let integrator = Rc::new(RefCell::new(integrator));
-        let along = Rc::clone(&integrator);
+        let observed = Rc::clone(&integrator);
         observer.add(move |interval: DenseOutput| {
-            let mut integrator = along.borrow_mut();
+            let mut integrator = observed.borrow_mut();
             let before = integrator.balance.evaluations;
             integrator.add_interval(interval);
             integrator.balance.evaluations - before
@@ -165,7 +165,7 @@ impl EnergyIntegrator {
         integrator
     }
 
-    /// The balance so far.
+    /// Present energy balance.
     pub fn balance(&self) -> EnergyBalance {
         EnergyBalance {
             quadrature_error: self.quadrature_error[0].abs() + self.quadrature_error[1].abs(),
@@ -173,16 +173,16 @@ impl EnergyIntegrator {
         }
     }
 
-    /// Adds one more interval.
+    /// Integrates the powers over one step interval.
     fn add_interval(&mut self, mut interval: DenseOutput) {
         if self.balance.stopped_at.is_some() {
             return;
         }
         let (from, to) = (interval.from, interval.to);
         let mut y = vec![0.0; 2 * self.model.coordinate_count() + self.model.internal_count()];
-        let start = self.place(&mut interval, from, &mut y);
+        let start = self.end_state(&mut interval, from, &mut y);
         let stored = self
-            .whole()
+            .full_model()
             .mechanical_energy(&start.regime, start.t, &start.state);
         match &self.last {
             None => self.balance.before = stored,
@@ -190,7 +190,7 @@ impl EnergyIntegrator {
         }
         self.track_peak(stored);
         let first = interval.time_scale.min(to - from);
-        // Nor is one shorter than its instants can be distinguished.
+        // Panels also exceed the spacing of floating-point instants.
         let shortest = (MIN_PANEL * first).max(16.0 * f64::EPSILON * to.abs());
         let mut t = from;
         let mut length = first.max(shortest);
@@ -204,8 +204,8 @@ impl EnergyIntegrator {
             let share = (end - t) / (self.run[1] - self.run[0]);
             let allowed =
                 PANEL_TOLERANCE * panel.work + TOTAL_TOLERANCE * share * self.balance.size();
-            let off = panel.quadrature_error[0].abs() + panel.quadrature_error[1].abs();
-            if off > allowed && end - t > shortest {
+            let error = panel.quadrature_error[0].abs() + panel.quadrature_error[1].abs();
+            if error > allowed && end - t > shortest {
                 length = 0.5 * (end - t);
             } else {
                 self.balance.work_in += panel.work_in;
@@ -213,7 +213,7 @@ impl EnergyIntegrator {
                 self.quadrature_error[0] += panel.quadrature_error[0];
                 self.quadrature_error[1] += panel.quadrature_error[1];
                 t = end;
-                if off < 0.02 * allowed {
+                if error < 0.02 * allowed {
                     length *= 2.0;
                 }
             }
@@ -227,17 +227,17 @@ impl EnergyIntegrator {
                 return;
             }
         }
-        let end = self.place(&mut interval, to, &mut y);
-        // A method that locates nothing steps over jumps of stiffness.
+        let end = self.end_state(&mut interval, to, &mut y);
+        // A method without event location steps over jumps of stiffness.
         self.balance.work_in += self.stiffness_jump_work(&start.regime, &end);
         self.balance.after = self
-            .whole()
+            .full_model()
             .mechanical_energy(&end.regime, end.t, &end.state);
         self.track_peak(self.balance.after);
         self.last = Some(end);
     }
 
-    fn whole(&self) -> &DynamicModel {
+    fn full_model(&self) -> &DynamicModel {
         self.known.as_ref().map_or(&self.model, |k| &k.whole)
     }
 
@@ -245,31 +245,31 @@ impl EnergyIntegrator {
         self.balance.peak_stored = self.balance.peak_stored.max(stored.abs());
     }
 
-    /// The whole machine at an instant of an interval, and what its prescribed motions put in, W.
-    fn evaluate(&self, interval: &mut DenseOutput, at: f64, y: &mut [f64]) -> (IntervalEnd, f64) {
-        // Nothing is looked up on the far sides of the kinks at its ends.
-        let t = clamp_time(at, interval.from, interval.to);
-        (interval.state)(at, y);
+    /// State of the full model at an instant of an interval, and the input power of prescribed motions, W.
+    fn evaluate(&self, interval: &mut DenseOutput, time: f64, y: &mut [f64]) -> (IntervalEnd, f64) {
+        // Signals are evaluated inside the interval, not beyond the kinks at its ends.
+        let t = clamp_time(time, interval.from, interval.to);
+        (interval.state)(time, y);
         let regime = self.model.output_regime(interval.regime, t, y);
-        let place = |state, regime| IntervalEnd {
+        let end_at = |state, regime| IntervalEnd {
             from: interval.from,
             t,
             state,
             regime,
         };
         match &self.known {
-            None => (place(y.to_vec(), regime.into_owned()), 0.0),
+            None => (end_at(y.to_vec(), regime.into_owned()), 0.0),
             Some(known) => {
                 let state = known.state(t, y);
                 let power = known.power(&self.model, &regime, t, y);
-                let whole = known.regime(&regime, t, &state);
-                (place(state, whole), power)
+                let full = known.regime(&regime, t, &state);
+                (end_at(state, full), power)
             }
         }
     }
 
-    fn place(&self, interval: &mut DenseOutput, at: f64, y: &mut [f64]) -> IntervalEnd {
-        self.evaluate(interval, at, y).0
+    fn end_state(&self, interval: &mut DenseOutput, time: f64, y: &mut [f64]) -> IntervalEnd {
+        self.evaluate(interval, time, y).0
     }
 
     fn panel(
@@ -280,81 +280,80 @@ impl EnergyIntegrator {
     ) -> QuadraturePanel {
         let half = 0.5 * (to - from);
         let mut panel = QuadraturePanel::default();
-        let (mut put_in, mut lost) = (0.0, 0.0);
+        let (mut gauss_input, mut gauss_loss) = (0.0, 0.0);
         for (x, kronrod, gauss) in POINTS {
-            let (span, driven) = self.evaluate(interval, from + half * (1.0 + x), y);
+            let (point, imposed) = self.evaluate(interval, from + half * (1.0 + x), y);
             let PowerBalance {
-                input: given,
-                dissipated: taken,
+                input,
+                dissipated: loss,
             } = self
-                .whole()
-                .power_balance(&span.regime, span.t, &span.state);
-            let given = given + driven;
-            panel.work_in += half * kronrod * given;
-            panel.dissipated += half * kronrod * taken;
-            panel.work += half * kronrod * (given.abs() + taken.abs());
-            put_in += half * gauss * given;
-            lost += half * gauss * taken;
+                .full_model()
+                .power_balance(&point.regime, point.t, &point.state);
+            let input = input + imposed;
+            panel.work_in += half * kronrod * input;
+            panel.dissipated += half * kronrod * loss;
+            panel.work += half * kronrod * (input.abs() + loss.abs());
+            gauss_input += half * gauss * input;
+            gauss_loss += half * gauss * loss;
             if x == 0.0 {
-                let stored = self
-                    .whole()
-                    .mechanical_energy(&span.regime, span.t, &span.state);
+                let stored =
+                    self.full_model()
+                        .mechanical_energy(&point.regime, point.t, &point.state);
                 self.track_peak(stored);
             }
         }
         self.balance.evaluations += POINTS.len() as u64;
-        panel.quadrature_error = [panel.work_in - put_in, panel.dissipated - lost];
+        panel.quadrature_error = [panel.work_in - gauss_input, panel.dissipated - gauss_loss];
         panel
     }
 
-    /// Work put in by piecewise constant stiffness over an angle up to a place, J, since the regime `before`. Its jumps turn nothing, so
-    /// that
-    /// the energy they bring comes from outside.
-    fn stiffness_jump_work(&self, before: &Regime, now: &IntervalEnd) -> f64 {
-        let model = self.whole();
-        let mut old = now.regime.clone();
-        for (at, b) in model.elements.iter().enumerate() {
+    /// Input work of piecewise constant stiffness over an angle since the regime `before`, J. The jumps exert no torque, so that
+    /// their energy is supplied from outside.
+    fn stiffness_jump_work(&self, before: &Regime, end: &IntervalEnd) -> f64 {
+        let model = self.full_model();
+        let mut old = end.regime.clone();
+        for (index, b) in model.elements.iter().enumerate() {
             let wave = b.stiffness_wave.as_ref();
-            let over_an_angle = |w: &PeriodicFunction| {
+            let is_stepped = |w: &PeriodicFunction| {
                 w.phase.angle().is_some() && w.waveform.is_piecewise_constant()
             };
-            if let ElementState::Contact(_, piece) = &mut old.states[at]
-                && let ElementState::Contact(_, former) = before.states[at]
-                && wave.is_some_and(over_an_angle)
+            if let ElementState::Contact(_, piece) = &mut old.states[index]
+                && let ElementState::Contact(_, former) = before.states[index]
+                && wave.is_some_and(is_stepped)
             {
                 *piece = former;
             }
         }
-        if old == now.regime {
+        if old == end.regime {
             return 0.0;
         }
-        model.mechanical_energy(&now.regime, now.t, &now.state)
-            - model.mechanical_energy(&old, now.t, &now.state)
+        model.mechanical_energy(&end.regime, end.t, &end.state)
+            - model.mechanical_energy(&old, end.t, &end.state)
     }
 
-    /// Input work at the instant between two intervals, J: by stiffness or imposed e that jump in time, by stiffness in steps over an
-    /// angle, and by prescribed speeds that jump.
+    /// Input work at the instant between two intervals, J: jumps in time of stiffness, of imposed displacement and of prescribed
+    /// speeds, and of stepped stiffness over an angle.
     fn jump_work(&self, last: &IntervalEnd, next: &IntervalEnd) -> f64 {
-        let model = self.whole();
-        let jolts = self.known.as_ref();
-        let jolts = jolts.map_or(0.0, |known| known.impulse_work(last.from, next.from))
+        let model = self.full_model();
+        let impulses = self.known.as_ref();
+        let impulses = impulses.map_or(0.0, |known| known.impulse_work(last.from, next.from))
             + self.stiffness_jump_work(&last.regime, next);
         let mut regime = last.regime.clone();
         let imposed = model.forces.len()..model.forces.len() + model.elements.len();
         regime.pieces[imposed.clone()].copy_from_slice(&next.regime.pieces[imposed]);
-        for (at, b) in model.elements.iter().enumerate() {
+        for (index, b) in model.elements.iter().enumerate() {
             let wave = b.stiffness_wave.as_ref();
-            let of_itself = wave.is_some_and(|w| matches!(w.phase, WavePhase::Imposed { .. }));
-            if let ElementState::Contact(..) = regime.states[at]
-                && (of_itself || b.imposed_displacement.is_some())
+            let imposed_phase = wave.is_some_and(|w| matches!(w.phase, WavePhase::Imposed { .. }));
+            if let ElementState::Contact(..) = regime.states[index]
+                && (imposed_phase || b.imposed_displacement.is_some())
             {
-                regime.states[at] = next.regime.states[at];
+                regime.states[index] = next.regime.states[index];
             }
         }
         if regime == last.regime {
-            return jolts;
+            return impulses;
         }
         let after = model.mechanical_energy(&regime, next.t, &last.state);
-        jolts + after - model.mechanical_energy(&last.regime, last.t, &last.state)
+        impulses + after - model.mechanical_energy(&last.regime, last.t, &last.state)
     }
 }

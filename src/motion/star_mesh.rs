@@ -1,10 +1,10 @@
-//! Star–mesh elimination of a coordinate without inertia: the branches that meet there and their equivalent between its neighbours.
+//! Star–mesh transformation: elimination of a massless coordinate by equivalent force elements between its neighbours.
 //!
-//! At a coordinate z the branches pull with `δᵢ = aᵢ (z − xᵢ)`, `xᵢ = −(wᵢ·q − eᵢ)/aᵢ` of the others. With `Kᵢ = kᵢ aᵢ²`,
-//! `Cᵢ = cᵢ aᵢ²` it stands where `Σ (Kᵢ + s Cᵢ)(z − xᵢ) = f`, and without it every pair is joined by
-//! `(Kᵢ + s Cᵢ)(Kⱼ + s Cⱼ)/(ΣK + s ΣC)`: a spring `KᵢKⱼ/ΣK`, a damper `CᵢCⱼ/ΣC` and, where dampers are no common share of the
-//! springs, one spring and damper in series, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. Of more than three arms the pairs
-//! are summed to one branch an arm, so that a row of such nodes does not multiply them. No step subtracts stiffness.
+//! At a coordinate z the arms deflect by `δᵢ = aᵢ (z − xᵢ)` with `xᵢ = −(wᵢ·q − eᵢ)/aᵢ` of the other coordinates. With
+//! `Kᵢ = kᵢ aᵢ²`, `Cᵢ = cᵢ aᵢ²` equilibrium is `Σ (Kᵢ + s Cᵢ)(z − xᵢ) = f`. The equivalent element of every pair is
+//! `(Kᵢ + s Cᵢ)(Kⱼ + s Cⱼ)/(ΣK + s ΣC)`: a spring `KᵢKⱼ/ΣK`, a damper `CᵢCⱼ/ΣC` and, unless damping is proportional to
+//! stiffness, one Maxwell element, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. Pairs of more than three arms
+//! are summed to one element per arm, so that chains of massless nodes do not multiply them. No step subtracts stiffness.
 
 use super::dynamic_model::{AppliedForce, ForceElement, ForceLaw};
 use super::signal::Signal;
@@ -12,24 +12,24 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 
-/// Relative difference of two shares of damping, or of two places, that is the rounding of products.
+/// Relative rounding error of products: tolerance for equal damping ratios or equal attachments.
 pub const SHARE_TOLERANCE: f64 = 1e-12;
 
-/// Arms whose pairs are no more than themselves.
+/// Largest number of arms without more pairs than arms.
 const MAX_MESHED_ARMS: usize = 3;
 
-/// Maximum number of terms of the branches equivalent to one star: 64 MB.
+/// Maximum number of terms of the elements equivalent to one star: 64 MB.
 const MAX_TERMS: usize = 4_000_000;
 
-/// A coordinate that follows its neighbours: `z = Σ bⱼ qⱼ + known`.
+/// Condensed massless coordinate, `z = Σ bⱼ qⱼ + known`.
 pub struct CondensedDof {
-    /// The coordinate.
+    /// Index of the coordinate.
     pub at: usize,
-    /// j, bⱼ.
+    /// Terms (j, bⱼ).
     pub terms: Vec<(usize, f64)>,
-    /// Part of the coordinate known in time.
+    /// Imposed displacement, rad or m.
     pub known: Option<Signal>,
-    /// It follows late, by a state of its own.
+    /// The coordinate lags by an internal state.
     pub remembers: bool,
 }
 
@@ -41,7 +41,7 @@ pub fn cannot_condense(name: &str, what: &str) -> Error {
     )
 }
 
-/// The same at all times.
+/// Whether a signal is constant in time.
 pub fn is_steady(signal: &Signal) -> bool {
     signal.harmonics.is_empty()
         && signal.bursts.is_empty()
@@ -53,43 +53,43 @@ pub fn is_steady(signal: &Signal) -> bool {
         && signal.knots.first().is_none_or(|k| !k.time.is_finite())
 }
 
-/// Branches that meet at a coordinate.
+/// Star point: a massless coordinate and the elements that join it.
 pub struct StarPoint {
     at: usize,
     arms: Vec<StarArm>,
     stiffness: f64,
     damping: f64,
-    /// Dampers are one share of the springs.
-    alike: bool,
+    /// Damping is proportional to stiffness.
+    is_proportional: bool,
 }
 
-/// One branch of a star.
+/// Arm of a star: an element from the star point to xᵢ.
 struct StarArm {
     name: String,
-    /// Kᵢ.
+    /// Stiffness Kᵢ, N·m/rad or N/m.
     stiffness: f64,
-    /// Cᵢ.
+    /// Damping Cᵢ, N·m·s/rad or N·s/m.
     damping: f64,
-    /// xᵢ without its imposed part.
-    place: Vec<(usize, f64)>,
-    /// The imposed part of xᵢ.
+    /// Terms of xᵢ without the imposed displacement.
+    terms: Vec<(usize, f64)>,
+    /// Imposed displacement of xᵢ, rad or m.
     known: Option<Signal>,
 }
 
 impl StarArm {
-    /// Both lead to one place.
+    /// Whether both arms lead to the same xᵢ.
     fn is_parallel(&self, other: &StarArm) -> bool {
-        let alike = |(a, b): (&(usize, f64), &(usize, f64))| {
+        let is_equal = |(a, b): (&(usize, f64), &(usize, f64))| {
             a.0 == b.0 && (a.1 - b.1).abs() <= SHARE_TOLERANCE * a.1.abs().max(b.1.abs())
         };
         self.known == other.known
-            && self.place.len() == other.place.len()
-            && self.place.iter().zip(&other.place).all(alike)
+            && self.terms.len() == other.terms.len()
+            && self.terms.iter().zip(&other.terms).all(is_equal)
     }
 }
 
 impl StarPoint {
-    /// Star point of the branches that join z, or the reason why z cannot be condensed.
+    /// Star point of the elements that join z, or the reason against condensation.
     pub fn new(z: usize, joined: Vec<ForceElement>) -> Result<StarPoint, String> {
         let mut arms = Vec::new();
         for b in joined {
@@ -109,35 +109,35 @@ impl StarPoint {
                 name: b.name,
                 stiffness: stiffness * a * a,
                 damping: damping * a * a,
-                place: others.map(|&(j, w)| (j, -w / a)).collect(),
+                terms: others.map(|&(j, w)| (j, -w / a)).collect(),
                 known: b.imposed_displacement.map(|e| e.scaled(1.0 / a)),
             });
         }
-        let arms = parallel_as_one(arms);
-        let sum = |of: fn(&StarArm) -> f64| arms.iter().map(of).sum::<f64>();
+        let arms = merge_parallel(arms);
+        let sum = |of_arm: fn(&StarArm) -> f64| arms.iter().map(of_arm).sum::<f64>();
         let (stiffness, damping) = (sum(|a| a.stiffness), sum(|a| a.damping));
         if stiffness <= 0.0 || arms.iter().any(|a| a.stiffness < 0.0 || a.damping < 0.0) {
             return Err("a stiffness below zero".to_string());
         }
-        let alike = |a: &StarArm| {
-            let apart = a.damping * stiffness - a.stiffness * damping;
-            apart.abs() <= SHARE_TOLERANCE * (a.damping * stiffness).max(a.stiffness * damping)
+        let is_proportional = |a: &StarArm| {
+            let difference = a.damping * stiffness - a.stiffness * damping;
+            difference.abs() <= SHARE_TOLERANCE * (a.damping * stiffness).max(a.stiffness * damping)
         };
         Ok(StarPoint {
             at: z,
-            alike: arms.iter().all(alike),
+            is_proportional: arms.iter().all(is_proportional),
             arms,
             stiffness,
             damping,
         })
     }
 
-    /// z follows its neighbours late, or a load on it would make it do so.
+    /// Whether z lags its neighbours, or would lag under load.
     pub fn lags(&self) -> bool {
         self.damping > 0.0
     }
 
-    /// `z = Σ Kᵢ xᵢ/ΣK + f/ΣK` where nothing is remembered.
+    /// Condensed coordinate `z = Σ Kᵢ xᵢ/ΣK + f/ΣK`, exact without internal state.
     pub fn follower(&self, pulls: &[AppliedForce]) -> CondensedDof {
         let mut terms = Vec::new();
         let mut known: Option<Signal> = None;
@@ -146,7 +146,7 @@ impl StarPoint {
         };
         for arm in &self.arms {
             let share = arm.stiffness / self.stiffness;
-            terms.extend(arm.place.iter().map(|&(j, w)| (j, share * w)));
+            terms.extend(arm.terms.iter().map(|&(j, w)| (j, share * w)));
             if let Some(x) = &arm.known {
                 add(x.scaled(share));
             }
@@ -160,22 +160,22 @@ impl StarPoint {
             at: self.at,
             terms,
             known,
-            remembers: !self.alike,
+            remembers: !self.is_proportional,
         }
     }
 
     fn along(&self, direction: &Direction) -> f64 {
-        let own = direction.entries().filter(|t| t.0 == self.at);
-        own.map(|t| t.1).sum()
+        let terms = direction.entries().filter(|t| t.0 == self.at);
+        terms.map(|t| t.1).sum()
     }
 
-    /// Distributes a load on z to the neighbours: `f Kᵢ/ΣK` along each.
+    /// Distributes a load f on z to the neighbours: `f Kᵢ/ΣK` along each xᵢ.
     pub fn distribute_load(&self, pull: &AppliedForce) -> AppliedForce {
-        let own = self.along(&pull.direction);
+        let load = self.along(&pull.direction);
         let others = pull.direction.entries().filter(|t| t.0 != self.at);
         let arms = self.arms.iter().flat_map(|arm| {
-            let share = own * arm.stiffness / self.stiffness;
-            arm.place.iter().map(move |&(j, w)| (j, share * w))
+            let share = load * arm.stiffness / self.stiffness;
+            arm.terms.iter().map(move |&(j, w)| (j, share * w))
         });
         AppliedForce {
             direction: Direction::new(1.0, others.chain(arms)),
@@ -183,12 +183,12 @@ impl StarPoint {
         }
     }
 
-    /// Branches equivalent to the star: of `Σᵢ Kᵢ (xᵢ − x̄)² = Σᵢ<ⱼ KᵢKⱼ/ΣK (xᵢ − xⱼ)²` the side with fewer terms.
+    /// Elements equivalent to the star: the side of `Σᵢ Kᵢ (xᵢ − x̄)² = Σᵢ<ⱼ KᵢKⱼ/ΣK (xᵢ − xⱼ)²` with fewer terms.
     ///
     /// # Errors
-    /// More terms than [`MAX_TERMS`]; series of spring and damper that would meet at a node without inertia.
+    /// More terms than [`MAX_TERMS`]; Maxwell elements that would meet at a massless node.
     pub fn mesh(&self, name: &str, left: &[usize]) -> Result<Vec<ForceElement>, Error> {
-        let terms: usize = self.arms.iter().map(|arm| arm.place.len()).sum();
+        let terms: usize = self.arms.iter().map(|arm| arm.terms.len()).sum();
         if terms.saturating_mul(self.arms.len()) > MAX_TERMS {
             let message = format!(
                 "{name} has no inertia and joins {} branches: without it each would reach all its neighbours, {:.0e} terms (limit {:.0e})",
@@ -203,7 +203,7 @@ impl StarPoint {
         let springs = |arm: &StarArm| arm.stiffness;
         let dampers = |arm: &StarArm| arm.damping;
         let mut all = Vec::new();
-        match (self.alike, self.arms.len() <= MAX_MESHED_ARMS) {
+        match (self.is_proportional, self.arms.len() <= MAX_MESHED_ARMS) {
             (_, true) => all.extend(self.pairs()),
             (true, false) => {
                 let share = self.damping / self.stiffness;
@@ -214,7 +214,7 @@ impl StarPoint {
                 all.extend(self.spokes(self.damping, dampers, |c| (0.0, c)));
             }
         }
-        if !self.alike {
+        if !self.is_proportional {
             let weight =
                 |arm: &StarArm| arm.stiffness - arm.damping * self.stiffness / self.damping;
             let arms: Vec<(f64, &StarArm)> = self.arms.iter().map(|a| (weight(a), a)).collect();
@@ -243,7 +243,7 @@ impl StarPoint {
         Ok(all)
     }
 
-    /// A branch for every pair of arms.
+    /// Equivalent element for every pair of arms.
     fn pairs(&self) -> Vec<ForceElement> {
         let mut all = Vec::new();
         for (i, a) in self.arms.iter().enumerate() {
@@ -263,42 +263,42 @@ impl StarPoint {
         all
     }
 
-    /// A branch for every arm, along `xᵢ − x̄ = Σⱼ (sⱼ/Σs)(xᵢ − xⱼ)`.
+    /// Equivalent element for every arm, along `xᵢ − x̄ = Σⱼ (sⱼ/Σs)(xᵢ − xⱼ)`.
     fn spokes(
         &self,
         sum: f64,
         strength: impl Fn(&StarArm) -> f64,
         law: impl Fn(f64) -> (f64, f64),
     ) -> Vec<ForceElement> {
-        let strong = || self.arms.iter().filter(|arm| strength(arm) > 0.0);
+        let arms = || self.arms.iter().filter(|arm| strength(arm) > 0.0);
         let spoke = |arm: &StarArm| {
-            let others = strong().filter(|other| !std::ptr::eq(*other, arm));
-            let mut whole: Vec<(f64, &StarArm)> = others
+            let others = arms().filter(|other| !std::ptr::eq(*other, arm));
+            let mut terms: Vec<(f64, &StarArm)> = others
                 .map(|other| (-strength(other) / sum, other))
                 .collect();
-            let own = -whole.iter().map(|w| w.0).sum::<f64>();
-            whole.push((own, arm));
+            let weight = -terms.iter().map(|w| w.0).sum::<f64>();
+            terms.push((weight, arm));
             let (stiffness, damping) = law(strength(arm));
-            equivalent_element(&arm.name, ForceLaw::Linear { stiffness, damping }, &whole)
+            equivalent_element(&arm.name, ForceLaw::Linear { stiffness, damping }, &terms)
         };
-        strong().map(spoke).collect()
+        arms().map(spoke).collect()
     }
 }
 
-/// Names of arms as one; of many the first.
+/// Joined name of arms; beyond the maximum length the first name.
 fn joined_name<'a>(arms: impl Iterator<Item = &'a StarArm>) -> String {
-    /// Characters that still read as a name.
+    /// Maximum number of characters of a name.
     const MAX_NAME_LEN: usize = 80;
     let all: Vec<&str> = arms.map(|arm| &arm.name[..]).collect();
-    let whole = all.join("+");
-    match (whole.chars().count() > MAX_NAME_LEN, all.first()) {
+    let joined = all.join("+");
+    match (joined.chars().count() > MAX_NAME_LEN, all.first()) {
         (true, Some(first)) => format!("{}+…", first.trim_end_matches("+…")),
-        _ => whole,
+        _ => joined,
     }
 }
 
-/// Arms to the same place add up.
-fn parallel_as_one(arms: Vec<StarArm>) -> Vec<StarArm> {
+/// Merges parallel arms: their stiffness and damping add up.
+fn merge_parallel(arms: Vec<StarArm>) -> Vec<StarArm> {
     let mut all: Vec<StarArm> = Vec::with_capacity(arms.len());
     for arm in arms {
         match all.iter_mut().find(|other| other.is_parallel(&arm)) {
@@ -313,15 +313,15 @@ fn parallel_as_one(arms: Vec<StarArm>) -> Vec<StarArm> {
     all
 }
 
-/// A branch along `Σ gᵢ xᵢ`.
+/// Force element along `Σ gᵢ xᵢ`.
 fn equivalent_element(name: &str, law: ForceLaw, arms: &[(f64, &StarArm)]) -> ForceElement {
     let terms = arms
         .iter()
-        .flat_map(|(g, arm)| arm.place.iter().map(move |&(j, w)| (j, g * w)));
+        .flat_map(|(g, arm)| arm.terms.iter().map(move |&(j, w)| (j, g * w)));
     let mut imposed: Option<Signal> = None;
     for (g, arm) in arms {
         if let Some(x) = &arm.known {
-            // δ = w·q − e, and x holds its known part with the sign of a displacement.
+            // δ = w·q − e: e is the negative imposed displacement.
             let e = x.scaled(-g);
             imposed = Some(imposed.map_or(e.clone(), |sum| sum.plus(&e)));
         }

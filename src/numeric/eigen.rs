@@ -11,16 +11,16 @@ use super::sorting::rising_order;
 use super::symmetric::lu_solve_complex;
 use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
 
-/// Eigenvalues with both kinds of vectors, and how far to trust them.
+/// Eigenvalues, right and left eigenvectors, and condition numbers of a general matrix.
 #[derive(Debug, Clone)]
 pub struct GeneralEigen {
-    /// By rising |λ|; of a conjugate pair the one with positive imaginary part first.
+    /// Eigenvalues in ascending order of |λ|; of a conjugate pair the one with positive imaginary part first.
     pub values: Vec<Complex>,
     /// Right vectors as columns of length one.
     pub right: ComplexMatrix,
-    /// Left vectors as columns, `yᴴ x = 1`; of length one where the condition is infinite.
+    /// Left vectors as columns, `yᴴ x = 1`; of length one if the condition number is infinite.
     pub left_vectors: ComplexMatrix,
-    /// Conditions in the balanced basis; infinite where the eigenvalue is defective to working precision.
+    /// Eigenvalue condition numbers of the balanced matrix; infinite for an eigenvalue defective to working precision.
     pub condition: Vec<f64>,
     /// Frobenius norm of the balanced matrix: λ_i is uncertain by about `ε · norm · condition[i]`.
     pub norm: f64,
@@ -28,7 +28,7 @@ pub struct GeneralEigen {
 
 /// Eigenvalues of `a` with left and right vectors.
 ///
-/// Errors: `Overflow` where an entry is not finite; `NoConvergence`.
+/// Errors: `Overflow` if an entry is not finite; `NoConvergence`.
 pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     check_finite(a, "a square matrix")?;
     let n = a.nrows();
@@ -38,7 +38,7 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
         Some(left) => left,
         None => matched_left(&balanced, &values)?,
     };
-    let mut found = GeneralEigen {
+    let mut result = GeneralEigen {
         values,
         right,
         left_vectors: left,
@@ -46,15 +46,15 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
         norm: balanced.norm_l2(),
     };
     for j in 0..n {
-        found.condition[j] = normalise(&mut found, j, &scale);
+        result.condition[j] = normalise(&mut result, j, &scale);
     }
-    Ok(found)
+    Ok(result)
 }
 
-/// Eigenvalues alone, by rising |λ|; of a conjugate pair the one with positive imaginary part first.
+/// Eigenvalues without eigenvectors, in ascending order of |λ|; of a conjugate pair the one with positive imaginary part first.
 ///
 /// # Errors
-/// `NoConvergence`; `Overflow` where an entry is not finite.
+/// `NoConvergence`; `Overflow` if an entry is not finite.
 pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
     check_finite(a, "a square matrix")?;
     let n = a.nrows();
@@ -75,19 +75,19 @@ pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
     Ok(values)
 }
 
-/// Eigenvalues of a real matrix, and right vectors as columns, by rising |λ|.
+/// Eigenvalues of a real matrix and right eigenvectors as columns, in ascending order of |λ|.
 ///
 /// # Errors
-/// `NoConvergence`; `Overflow` where an entry is not finite.
+/// `NoConvergence`; `Overflow` if an entry is not finite.
 pub fn right_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     check_finite(a, "a square matrix")?;
     sorted_eigen(a)
 }
 
-/// Eigenvalues of a complex matrix, and right vectors of length one as columns, by rising |λ|.
+/// Eigenvalues of a complex matrix and right eigenvectors of length one as columns, in ascending order of |λ|.
 ///
 /// # Errors
-/// `NoConvergence`; `Overflow` where an entry is not finite.
+/// `NoConvergence`; `Overflow` if an entry is not finite.
 pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     let n = a.nrows();
     let is_finite = |z: &Complex| z.re.is_finite() && z.im.is_finite();
@@ -97,10 +97,10 @@ pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix),
             "an entry of a complex matrix is not finite",
         ));
     }
-    let found = a.eigen();
+    let decomposition = a.eigen();
     registers::zero_upper();
-    let found = found.map_err(|_| no_convergence(n))?;
-    let (values, vectors) = (found.S().column_vector(), found.U());
+    let decomposition = decomposition.map_err(|_| no_convergence(n))?;
+    let (values, vectors) = (decomposition.S().column_vector(), decomposition.U());
     let order = rising_order((0..n).map(|i| values[i].norm()));
     let right = ComplexMatrix::from_fn(n, n, |i, k| {
         vectors[(i, order[k])] / vectors.col(order[k]).norm_l2()
@@ -108,20 +108,20 @@ pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix),
     Ok((order.iter().map(|&k| values[k]).collect(), right))
 }
 
-/// Values λ with `A x = λ E x`; `None` where λ is infinite, as it is for equations without a derivative.
+/// Generalised eigenvalues λ of `A x = λ E x`; `None` for an infinite λ, which an algebraic equation has.
 ///
-/// Errors: `Overflow` where an entry is not finite; `NoConvergence`.
+/// Errors: `Overflow` if an entry is not finite; `NoConvergence`.
 pub fn generalised_eigenvalues(a: &Matrix, e: &Matrix) -> Result<Vec<Option<Complex>>, Error> {
     check_finite(a, "a descriptor system")?;
     check_finite(e, "a descriptor system's mass")?;
     let n = a.nrows();
-    let found = a.generalized_eigen(e);
+    let pencil = a.generalized_eigen(e);
     registers::zero_upper();
-    let found = found.map_err(|_| no_convergence(n))?;
+    let pencil = pencil.map_err(|_| no_convergence(n))?;
     let negligible = n as f64 * f64::EPSILON * e.norm_l2();
-    let (tops, bottoms) = (found.S_a().column_vector(), found.S_b().column_vector());
+    let (alpha, beta) = (pencil.S_a().column_vector(), pencil.S_b().column_vector());
     Ok((0..n)
-        .map(|i| (bottoms[i].norm() > negligible).then(|| tops[i] / bottoms[i]))
+        .map(|i| (beta[i].norm() > negligible).then(|| alpha[i] / beta[i]))
         .collect())
 }
 
@@ -134,10 +134,10 @@ fn no_convergence(n: usize) -> Error {
 
 fn sorted_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     let n = a.nrows();
-    let found = a.eigen();
+    let decomposition = a.eigen();
     registers::zero_upper();
-    let found = found.map_err(|_| no_convergence(n))?;
-    let values: Vec<Complex> = found.S().column_vector().iter().copied().collect();
+    let decomposition = decomposition.map_err(|_| no_convergence(n))?;
+    let values: Vec<Complex> = decomposition.S().column_vector().iter().copied().collect();
     if values
         .iter()
         .any(|v| !v.re.is_finite() || !v.im.is_finite())
@@ -151,11 +151,11 @@ fn sorted_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
             .total_cmp(&values[j].norm())
             .then(values[j].im.total_cmp(&values[i].im))
     });
-    let vectors = ComplexMatrix::from_fn(n, n, |i, j| found.U()[(i, order[j])]);
+    let vectors = ComplexMatrix::from_fn(n, n, |i, j| decomposition.U()[(i, order[j])]);
     Ok((order.iter().map(|&i| values[i]).collect(), vectors))
 }
 
-/// `X⁻ᴴ`, so that `Yᴴ X = I`; nothing where X is too near singular for its digits to mean anything.
+/// Biorthogonal left vectors `Y = X⁻ᴴ`, `Yᴴ X = I`; none if X is nearly singular.
 fn biorthogonal(right: &ComplexMatrix) -> Option<ComplexMatrix> {
     let n = right.nrows();
     let inverse = lu_solve_complex(right, &ComplexMatrix::identity(n, n)).ok()?;
@@ -163,47 +163,47 @@ fn biorthogonal(right: &ComplexMatrix) -> Option<ComplexMatrix> {
     (longest < MAX_INVERSE_ENTRY).then(|| inverse.adjoint().to_owned())
 }
 
-const MAX_INVERSE_ENTRY: f64 = 1e10; // largest entry of X⁻¹; beyond, clean columns would be spoilt by the others
+const MAX_INVERSE_ENTRY: f64 = 1e10; // largest entry of X⁻¹; beyond, ill-conditioned columns contaminate all others
 
-/// Right vectors of `Aᵀ`, each the one whose eigenvalue is nearest.
+/// Left eigenvectors as right eigenvectors of `Aᵀ`, matched by the nearest eigenvalue.
 fn matched_left(a: &Matrix, values: &[Complex]) -> Result<ComplexMatrix, Error> {
     let n = a.nrows();
     let (transposed, vectors) = sorted_eigen(&a.transpose().to_owned())?;
-    let mut free: Vec<usize> = (0..n).collect();
+    let mut unmatched: Vec<usize> = (0..n).collect();
     let mut partner = Vec::with_capacity(n);
     for value in values {
         let distance = |&i: &usize| (transposed[i] - value).norm();
-        let nearest =
-            (0..free.len()).min_by(|&i, &j| distance(&free[i]).total_cmp(&distance(&free[j])));
-        partner.extend(nearest.map(|at| free.remove(at)));
+        let nearest = (0..unmatched.len())
+            .min_by(|&i, &j| distance(&unmatched[i]).total_cmp(&distance(&unmatched[j])));
+        partner.extend(nearest.map(|index| unmatched.remove(index)));
     }
     Ok(ComplexMatrix::from_fn(n, n, |i, j| {
         vectors[(i, partner[j])].conj()
     }))
 }
 
-/// Turns back the balancing of pair j, scales it; its condition.
-fn normalise(found: &mut GeneralEigen, j: usize, scale: &[f64]) -> f64 {
+/// Reverts the balancing of eigenpair j and normalises it; returns its condition number.
+fn normalise(eigen: &mut GeneralEigen, j: usize, scale: &[f64]) -> f64 {
     let n = scale.len();
     let length = |m: &ComplexMatrix| (0..n).map(|i| m[(i, j)].norm_sqr()).sum::<f64>().sqrt();
     let product: Complex = (0..n)
-        .map(|i| found.left_vectors[(i, j)].conj() * found.right[(i, j)])
+        .map(|i| eigen.left_vectors[(i, j)].conj() * eigen.right[(i, j)])
         .sum();
-    let condition = length(&found.right) * length(&found.left_vectors) / product.norm();
+    let condition = length(&eigen.right) * length(&eigen.left_vectors) / product.norm();
     let is_sound = condition.is_finite() && condition * f64::EPSILON < 1.0;
     for i in 0..n {
-        found.right[(i, j)] *= scale[i];
-        found.left_vectors[(i, j)] /= scale[i];
+        eigen.right[(i, j)] *= scale[i];
+        eigen.left_vectors[(i, j)] /= scale[i];
     }
-    let right_length = length(&found.right);
+    let right_length = length(&eigen.right);
     let left_factor = if is_sound {
         product.conj().inv() * right_length
     } else {
-        Complex::new(1.0 / length(&found.left_vectors), 0.0)
+        Complex::new(1.0 / length(&eigen.left_vectors), 0.0)
     };
     for i in 0..n {
-        found.right[(i, j)] /= right_length;
-        found.left_vectors[(i, j)] *= left_factor;
+        eigen.right[(i, j)] /= right_length;
+        eigen.left_vectors[(i, j)] *= left_factor;
     }
     if is_sound { condition } else { f64::INFINITY }
 }

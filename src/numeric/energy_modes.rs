@@ -1,14 +1,14 @@
-//! Modes of `K = Wᵀ diag(k) W` from the symmetric eigenproblem, with frequencies from energies and a bound of their error.
+//! Modes of `K = Wᵀ diag(k) W` by the symmetric eigenproblem, with Rayleigh quotients of energies and their error bounds.
 //!
 //! Over mass-normalised coordinates y, `x = E y`, the eigenproblem of `EᵀKE` gives shapes with an error of ε‖K‖. The quotient
-//! `ω² = Σ k (wᵀx)² / Σ m (vᵀx)²` has no difference in it but those of the strains, which are summed in doubled precision; its error
+//! `ω² = Σ k (wᵀx)² / Σ m (vᵀx)²` has no cancellation except in the strains, which are summed in doubled precision; its error
 //! is of second order in that of the shape: `|Δω²| ≤ ‖r‖²/gap` (Parlett, The Symmetric Eigenvalue Problem (1998), Theorem 11.7.1).
-//! Modes whose bound is too large are rotated against all others until their strains `√k wᵀx` are orthogonal: one-sided Jacobi as in
-//! `jacobi`, preconditioned by the eigenvectors. Each strain being right to its own size, they have the digits of the factored form:
-//! over random chains of 20 and 100 discs with stiffness over 14 decades and inertia over 7 both differ by 4e-15 at most.
+//! Modes with too large a bound are rotated against all others until their strains `√k wᵀx` are orthogonal: one-sided Jacobi as in
+//! `jacobi`, preconditioned by the eigenvectors. Strains are relatively accurate, so that the result is as accurate as the factored
+//! form: for random chains of 20 and 100 discs with stiffness over 14 decades and inertia over 7 both differ by 4e-15 at most.
 //!
-//! A quotient forgives what its shape has of other modes; what else is computed from shapes does not. Strains of exact modes are orthogonal,
-//! and modes whose strains may have a larger cosine to another than the tolerance are rotated as well.
+//! A quotient is insensitive to contamination of its shape by other modes; other results are not. Strains of exact modes are
+//! orthogonal, and modes with a strain cosine to another mode above the tolerance are rotated as well.
 
 use crate::base::error::Error;
 
@@ -19,31 +19,31 @@ use super::thin_qr::transposed_product;
 use super::vector_ops::dot;
 use super::{Matrix, symmetric};
 
-/// Squares `(root · Σ a x)²`, of springs with √k or of inertias with √m, their terms one after another.
+/// Sum of squares `Σ (root · Σ a x)²`: twice the energy of springs with root √k, or of inertias with root √m.
 #[derive(Debug, Clone, Default)]
 pub struct Squares {
     roots: Vec<f64>,
-    /// Terms of square b: `terms[ends[b − 1]..ends[b]]`.
+    /// End of the terms of square b: `terms[ends[b − 1]..ends[b]]`.
     ends: Vec<usize>,
     terms: Vec<(usize, f64)>,
 }
 
 impl Squares {
-    /// Adds `(root · Σ a x)²`.
+    /// Adds the square `(root · Σ a x)²`.
     pub fn push(&mut self, root: f64, terms: impl IntoIterator<Item = (usize, f64)>) {
         self.roots.push(root);
         self.terms.extend(terms);
         self.ends.push(self.terms.len());
     }
 
-    /// Root and terms of each.
+    /// Root and terms of each square.
     fn iter(&self) -> impl Iterator<Item = (f64, &[(usize, f64)])> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        let both = starts.zip(&self.ends).zip(&self.roots);
-        both.map(|((start, &end), &root)| (root, &self.terms[start..end]))
+        let squares = starts.zip(&self.ends).zip(&self.roots);
+        squares.map(|((start, &end), &root)| (root, &self.terms[start..end]))
     }
 
-    /// `Σ (root · Σ a x)²`.
+    /// Value `Σ (root · Σ a x)²` at x.
     fn sum(&self, x: &[f64]) -> f64 {
         let square =
             |(root, terms): (f64, &[(usize, f64)])| (root * sum_of_products(terms, x)).powi(2);
@@ -51,17 +51,17 @@ impl Squares {
     }
 }
 
-/// E of `x = E y`, with `EᵀME = I`.
+/// Mass-normalising transformation `x = E y`, with `EᵀME = I`.
 #[derive(Debug, Clone)]
 pub enum Expansion {
-    /// The diagonal, 1/√m.
+    /// Diagonal E of entries 1/√m.
     Diagonal(Vec<f64>),
-    /// Rows for x, columns for y, and the inertias over x.
+    /// Dense E with rows for x and columns for y, and the inertias over x.
     Dense(Matrix, Squares),
 }
 
 impl Expansion {
-    /// `E Y`.
+    /// Product `E Y`.
     pub fn product(&self, y: &Matrix) -> Matrix {
         match self {
             Expansion::Diagonal(scale) => {
@@ -71,7 +71,7 @@ impl Expansion {
         }
     }
 
-    /// `Eᵀ F`.
+    /// Product `Eᵀ F`.
     fn transposed_product(&self, f: &Matrix) -> Matrix {
         match self {
             Expansion::Diagonal(_) => self.product(f),
@@ -79,7 +79,7 @@ impl Expansion {
         }
     }
 
-    /// `xᵀMx` of `x = E y`.
+    /// Modal mass `xᵀMx` of `x = E y`.
     fn inertia(&self, x: &[f64], y: &[f64]) -> f64 {
         match self {
             Expansion::Diagonal(_) => dot(y, y),
@@ -88,35 +88,35 @@ impl Expansion {
     }
 }
 
-/// The modes with strain energy.
+/// Elastic modes with error bounds of their frequencies.
 #[derive(Debug, Clone)]
 pub struct EnergyModes {
-    /// ω, rad/s, ascending.
+    /// Natural frequencies ω, rad/s, ascending.
     pub omega: Vec<f64>,
-    /// y as orthonormal columns.
+    /// Shapes y as orthonormal columns.
     pub vectors: Matrix,
-    /// Bound of the relative error of each ω, computed without the truth.
+    /// A-posteriori bound of the relative error of each ω.
     pub bounds: Vec<f64>,
-    /// Number of modes that were rotated.
+    /// Number of rotated modes.
     pub n_rotated: usize,
 }
 
-/// Relative errors of ω up to this are promised.
+/// Guaranteed bound of the relative error of ω.
 pub const MAX_BOUND: f64 = 1e-13;
 
-/// Bounds above this have a mode rotated.
+/// Error bound above which a mode is rotated.
 const ROTATE_ABOVE: f64 = 2e-14;
 
-/// Sums of squares and their root: 16 times what 1 500 uniform discs leave.
+/// Relative rounding error of ω by summation: 16 times the error of 1 500 uniform discs.
 const SUMMATION: f64 = 32.0 * f64::EPSILON;
 
-/// Sweeps after which the rotations are given up.
+/// Maximum number of Jacobi sweeps.
 const MAX_SWEEPS: usize = 20;
 
-/// Modes of springs over mass-normalised coordinates; `rigid` are all orthonormal motions y without strain, `shape_tolerance` the largest
-/// cosine that the strains of two modes may have to each other.
+/// Elastic modes of springs over mass-normalised coordinates; `rigid` are all orthonormal motions y without strain, `shape_tolerance` is
+/// the largest cosine between the strains of two modes.
 ///
-/// `None` where the rotations do not converge.
+/// `None` if the rotations do not converge.
 ///
 /// # Errors
 /// Those of [`symmetric::symmetric_eigen`].
@@ -127,11 +127,11 @@ pub fn energy_modes(
     shape_tolerance: f64,
 ) -> Result<Option<EnergyModes>, Error> {
     let mut a = stiffness(springs, expansion);
-    move_above(&mut a, rigid);
+    shift_rigid(&mut a, rigid);
     let eigen = symmetric::symmetric_eigen(&a)?;
     let elastic = a.ncols() - rigid.len();
     let mut modes = strained_modes(springs, expansion, &eigen.vectors, elastic);
-    bound(&mut modes);
+    bound_errors(&mut modes);
     let suspects: Vec<usize> = (0..elastic)
         .filter(|&j| !(modes[j].bound <= ROTATE_ABOVE && modes[j].cosine <= shape_tolerance))
         .collect();
@@ -152,7 +152,7 @@ pub fn energy_modes(
     }))
 }
 
-/// `EᵀKE`.
+/// Mass-normalised stiffness matrix `EᵀKE`.
 fn stiffness(springs: &Squares, expansion: &Expansion) -> Matrix {
     match expansion {
         Expansion::Diagonal(scale) => {
@@ -178,8 +178,8 @@ fn stiffness(springs: &Squares, expansion: &Expansion) -> Matrix {
     }
 }
 
-/// Moves the eigenvalue zero of motions without strain above all others.
-fn move_above(a: &mut Matrix, rigid: &[Vec<f64>]) {
+/// Shifts the zero eigenvalues of rigid motions above all others.
+fn shift_rigid(a: &mut Matrix, rigid: &[Vec<f64>]) {
     let size = |j: usize| a.col_as_slice(j).iter().map(|x| x.abs()).sum::<f64>();
     let above = 1.25 * (0..a.ncols()).map(size).fold(0.0, f64::max);
     for r in rigid {
@@ -193,21 +193,21 @@ fn move_above(a: &mut Matrix, rigid: &[Vec<f64>]) {
 
 struct StrainedMode {
     y: Vec<f64>,
-    /// `√k wᵀx`.
+    /// Strains `√k wᵀx`.
     strain: Vec<f64>,
-    /// ω².
+    /// Rayleigh quotient ω², rad²/s².
     square: f64,
-    /// Relative error of ω by rounding of x, of second order.
+    /// Second-order relative error of ω by rounding of x.
     rounding: f64,
-    /// Norm of `EᵀKE y − ω² y`, with what rounding may add.
+    /// Norm of the residual `EᵀKE y − ω² y`, including rounding.
     residual: f64,
-    /// Relative error of ω.
+    /// Bound of the relative error of ω.
     bound: f64,
-    /// Cosine of the strains to those of any other mode.
+    /// Largest cosine between the strains and those of another mode.
     cosine: f64,
 }
 
-/// The first `count` eigenvectors with strains, quotients and residuals.
+/// Modes of the first `count` eigenvectors with strains, quotients and residuals.
 fn strained_modes(
     springs: &Squares,
     expansion: &Expansion,
@@ -222,12 +222,12 @@ fn strained_modes(
     });
     let modes: Vec<StrainedMode> = modes.collect();
     let forces = expansion.transposed_product(&forces);
-    let both = modes.into_iter().enumerate();
-    both.map(|(j, mode)| mode.with_residual(forces.col_as_slice(j)))
+    let all = modes.into_iter().enumerate();
+    all.map(|(j, mode)| mode.with_residual(forces.col_as_slice(j)))
         .collect()
 }
 
-/// Strains and quotient of one shape; `force` becomes `Wᵀ√k z`, z the strains.
+/// Mode of one shape with strains z and quotient; `force` becomes `Wᵀ√k z`.
 fn strained(
     springs: &Squares,
     expansion: &Expansion,
@@ -259,7 +259,7 @@ fn strained(
 }
 
 impl StrainedMode {
-    /// `force` is `EᵀKE y`.
+    /// Adds the residual norm; `force` is `EᵀKE y`.
     fn with_residual(self, force: &[f64]) -> StrainedMode {
         let (mut sum, mut size) = (0.0, 0.0);
         for (f, y) in force.iter().zip(&self.y) {
@@ -271,11 +271,11 @@ impl StrainedMode {
         StrainedMode { residual, ..self }
     }
 
-    /// Quotient and bound after rotations.
+    /// Updates quotient and bound after rotations.
     fn measure(&mut self, expansion: &Expansion) {
         let energy = dot(&self.strain, &self.strain);
         let (inertia, rounding) = match expansion {
-            // Each strain is right to its own size, and so is what rotations leave of it.
+            // Strains are relatively accurate before and after rotations.
             Expansion::Diagonal(_) => (dot(&self.y, &self.y), 0.0),
             Expansion::Dense(_, masses) => {
                 let y = Matrix::from_fn(self.y.len(), 1, |i, _| self.y[i]);
@@ -288,24 +288,24 @@ impl StrainedMode {
     }
 }
 
-/// Kato and Temple's bound with the distance to the nearest other quotient, and the cosine of strains that it allows.
-fn bound(modes: &mut [StrainedMode]) {
+/// Kato–Temple error bounds from the gap to the nearest other quotient, and bounds of the strain cosines.
+fn bound_errors(modes: &mut [StrainedMode]) {
     let order = rising_order(modes.iter().map(|mode| mode.square));
-    for (at, &j) in order.iter().enumerate() {
+    for (position, &j) in order.iter().enumerate() {
         let mode = &modes[j];
-        let apart = |k: &usize| (modes[*k].square - mode.square).abs() - modes[*k].residual;
-        // A share ‖r‖/gap of mode k has ω_k/ω_j times as much strain; the modes next to j have most.
+        let distance = |k: &usize| (modes[*k].square - mode.square).abs() - modes[*k].residual;
+        // A contamination ‖r‖/gap by mode k has ω_k/ω_j times as much strain; neighbouring modes dominate.
         let cosine = |k: &usize| {
             let strain = (modes[*k].square / mode.square).sqrt();
-            match apart(k) > mode.residual {
-                true => mode.residual / apart(k) * strain,
+            match distance(k) > mode.residual {
+                true => mode.residual / distance(k) * strain,
                 false => f64::INFINITY,
             }
         };
-        let below = at.checked_sub(1).map(|at| &order[at]);
-        let next = || below.into_iter().chain(order.get(at + 1));
-        let gap = next().map(apart).fold(f64::INFINITY, f64::min);
-        let cosine = next().map(cosine).fold(0.0, f64::max);
+        let lower = position.checked_sub(1).map(|position| &order[position]);
+        let neighbours = || lower.into_iter().chain(order.get(position + 1));
+        let gap = neighbours().map(distance).fold(f64::INFINITY, f64::min);
+        let cosine = neighbours().map(cosine).fold(0.0, f64::max);
         let second_order = match gap > mode.residual {
             true => 0.5 * mode.residual * mode.residual / (gap * mode.square),
             false => f64::INFINITY,
@@ -315,21 +315,21 @@ fn bound(modes: &mut [StrainedMode]) {
     }
 }
 
-/// `Σ a x` in doubled precision: right to its own size (Ogita, Rump & Oishi 2005, SIAM J. Sci. Comput. 26, Algorithm 5.3).
+/// Dot product `Σ a x` in doubled precision, relatively accurate (Ogita, Rump & Oishi 2005, SIAM J. Sci. Comput. 26, Algorithm 5.3).
 fn sum_of_products(terms: &[(usize, f64)], x: &[f64]) -> f64 {
-    let (mut sum, mut rest) = (0.0, 0.0);
+    let (mut sum, mut error) = (0.0, 0.0);
     for &(i, a) in terms {
-        let (product, product_rest) = product_with_rest(a, x[i]);
+        let (product, product_error) = exact_product(a, x[i]);
         let next = sum + product;
-        let part = next - sum;
-        rest += (sum - (next - part)) + (product - part) + product_rest;
+        let rounded = next - sum;
+        error += (sum - (next - rounded)) + (product - rounded) + product_error;
         sum = next;
     }
-    sum + rest
+    sum + error
 }
 
-/// A product and what rounding took from it (Dekker 1971); nothing where a is ±1.
-fn product_with_rest(a: f64, x: f64) -> (f64, f64) {
+/// Error-free product: the rounded product and its rounding error (Dekker 1971), zero for a = ±1.
+fn exact_product(a: f64, x: f64) -> (f64, f64) {
     const SPLIT: f64 = 134_217_729.0; // 2²⁷ + 1
     let product = a * x;
     if a.abs() == 1.0 {
@@ -343,7 +343,7 @@ fn product_with_rest(a: f64, x: f64) -> (f64, f64) {
     (product, ((a * c - product) + a * d + b * c) + b * d)
 }
 
-/// Rotates suspects against all modes until their strains are orthogonal; whether that was reached.
+/// Rotates suspects against all modes until their strains are orthogonal; returns whether they converged.
 fn rotate_suspects(modes: &mut [StrainedMode], suspects: &[usize]) -> bool {
     let orthogonal = (modes[0].strain.len() as f64).sqrt() * f64::EPSILON; // as in `jacobi`
     let mut lengths: Vec<f64> = modes.iter().map(|m| norm(&m.strain)).collect();
@@ -359,18 +359,18 @@ fn rotate_suspects(modes: &mut [StrainedMode], suspects: &[usize]) -> bool {
                 let Ok([p, q]) = modes.get_disjoint_mut([j, k]) else {
                     continue;
                 };
-                let (p, q, at) = match lengths[k] > lengths[j] {
+                let (p, q, index) = match lengths[k] > lengths[j] {
                     true => (q, p, (k, j)),
                     false => (p, q, (j, k)),
                 };
-                let c = cosine(&p.strain, &q.strain, lengths[at.0], lengths[at.1]);
+                let c = cosine(&p.strain, &q.strain, lengths[index.0], lengths[index.1]);
                 worst = worst.max(c.abs());
                 if c.abs() > orthogonal {
-                    let turn = rotation(lengths[at.0], lengths[at.1], c);
-                    rotate(&mut p.strain, &mut q.strain, turn);
-                    rotate(&mut p.y, &mut q.y, turn);
-                    lengths[at.0] = norm(&p.strain);
-                    lengths[at.1] = norm(&q.strain);
+                    let rotation_jk = rotation(lengths[index.0], lengths[index.1], c);
+                    rotate(&mut p.strain, &mut q.strain, rotation_jk);
+                    rotate(&mut p.y, &mut q.y, rotation_jk);
+                    lengths[index.0] = norm(&p.strain);
+                    lengths[index.1] = norm(&q.strain);
                 }
             }
         }
@@ -386,7 +386,7 @@ mod tests {
     use super::*;
     use crate::numeric::graded;
 
-    /// Discs `inertia` on springs, the first to ground; without it where `free`.
+    /// Chain of discs on springs, the first to ground unless `free`.
     fn chain(stiffness: &[f64], inertia: &[f64], free: bool) -> (Squares, Expansion, Matrix) {
         let mut springs = Squares::default();
         let first = usize::from(free);
@@ -407,9 +407,9 @@ mod tests {
         (springs, Expansion::Diagonal(scale), rows)
     }
 
-    fn turning_free(inertia: &[f64]) -> Vec<f64> {
-        let all = inertia.iter().sum::<f64>();
-        inertia.iter().map(|m| (m / all).sqrt()).collect()
+    fn rigid_rotation(inertia: &[f64]) -> Vec<f64> {
+        let total = inertia.iter().sum::<f64>();
+        inertia.iter().map(|m| (m / total).sqrt()).collect()
     }
 
     /// Uniform chain of n discs, one end held: ω_j = 2 sin((2j − 1) π / (4n + 2)); no mode is rotated.
@@ -432,7 +432,7 @@ mod tests {
     }
 
     /// Random chains, stiffness over up to 14 decades and inertia over 7, held and free: every frequency is that of the factored form
-    /// within both errors, no error is above its bound, and modes are rotated where the spread asks for it and nowhere else.
+    /// within both errors, no error is above its bound, and modes are rotated for large spreads only.
     #[test]
     fn law_graded_chains_agree_with_the_factored_form() {
         let n = 30;
@@ -445,7 +445,7 @@ mod tests {
                 };
                 let (stiffness, inertia) = (spread(decades as f64), spread(0.5 * decades as f64));
                 let (springs, expansion, rows) = chain(&stiffness, &inertia, free);
-                let rigid = vec![turning_free(&inertia); usize::from(free)];
+                let rigid = vec![rigid_rotation(&inertia); usize::from(free)];
                 let found = energy_modes(&springs, &expansion, &rigid, 1.0)
                     .unwrap()
                     .unwrap();
@@ -469,7 +469,7 @@ mod tests {
         }
     }
 
-    /// Two equal chains joined by a spring of 1e-13: pairs of modes too near for the eigenproblem are parted by rotations.
+    /// Two equal chains joined by a spring of 1e-13: pairs of modes too close for the eigenproblem are separated by rotations.
     #[test]
     fn law_near_pairs_are_parted() {
         let n = 12;
@@ -484,18 +484,18 @@ mod tests {
         let found = energy_modes(&springs, &expansion, &[], 1e-9)
             .unwrap()
             .unwrap();
-        // Against each other the ends move as one disc held by 2 · 1e-13: Δω = φ_n² · 1e-13 / ω.
+        // In antiphase the ends act like one disc on a spring of 2 · 1e-13: Δω = φ_n² · 1e-13 / ω.
         for (j, pair) in found.omega.chunks(2).enumerate() {
             let all = (2 * n + 1) as f64;
             let angle = (2 * j + 1) as f64 * std::f64::consts::PI / all;
             let (omega, end) = (2.0 * (0.5 * angle).sin(), (n as f64 * angle).sin());
-            let apart = 4.0 / all * end * end * weak / omega;
+            let spacing = 4.0 / all * end * end * weak / omega;
             assert!((pair[0] / omega - 1.0).abs() < 1e-14);
-            assert!((pair[1] - pair[0] - apart).abs() < 8e-16 * omega, "{j}");
+            assert!((pair[1] - pair[0] - spacing).abs() < 8e-16 * omega, "{j}");
         }
     }
 
-    /// A gear of 21 and 64 teeth between discs: the strain `21 x₁ − 64 x₂` is right to its own size.
+    /// A gear of 21 and 64 teeth between discs: the strain `21 x₁ − 64 x₂` is relatively accurate.
     #[test]
     fn exact_strain_of_nearly_rigid_gears() {
         let x = [64.0 / 3.0, 7.0 + 8.0 * f64::EPSILON];
@@ -511,7 +511,7 @@ mod tests {
         assert!(none.unwrap().unwrap().omega.is_empty());
     }
 
-    /// Random chains over ten decades: with a tolerance of shapes the strains of all modes have cosines below it, where without one some do not.
+    /// Random chains over ten decades: with a tolerance of shapes the strains of all modes have cosines below it, without it some exceed it.
     #[test]
     fn law_strains_are_orthogonal_to_the_tolerance() {
         let n = 30;

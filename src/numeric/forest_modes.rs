@@ -1,9 +1,9 @@
-//! Lowest modes of a spring forest without loops: Sturm bisection, then Rayleigh-quotient iteration inside the bracket of each mode.
+//! Lowest modes of a spring forest without loops: Sturm bisection, then Rayleigh-quotient iteration in the bracket of each mode.
 //!
-//! A count of negative pivots says how many eigenvalues lie below a shift, so that each mode has a bracket of its own and none is
+//! The number of negative pivots is the number of eigenvalues below a shift, so that each mode has a separate bracket and none is
 //! missing; inverse iteration `x ← (K − σM)⁻¹ M x` with `σ = xᵀKx / xᵀMx` converges in it cubically (Peters and Wilkinson 1979,
-//! SIAM Review 21, pp. 339–360). No mode needs the vectors of the others: the time goes with nodes times modes, up to the product of
-//! the shapes at the end.
+//! SIAM Review 21, pp. 339–360). No mode needs the vectors of other modes: the time grows as nodes times modes, except for the
+//! product of the shapes at the end.
 
 use super::forest::Forest;
 use super::forest_lanes::{ForestLanes, Iterate, LANES};
@@ -14,41 +14,41 @@ use super::vector_ops::{axpy, dot, gemv};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Eigenvalues nearer than this (relative) are not separated: rounding of the counts of 100 000 nodes in a row.
+/// Relative spacing of unseparated eigenvalues: rounding of the counts of a chain of 100 000 nodes.
 const SAME_VALUE: f64 = 1e-13;
 
-/// Modes that are not separated share a shift this far below them (relative), where one step enlarges them all alike.
+/// Relative distance of the common shift below unseparated modes: one step amplifies all of them equally.
 const BELOW_REPEATED: f64 = 1e-12;
 
-/// A bracket of one mode is divided until it is narrower than this (relative); the iteration does the rest in three or four steps.
+/// Relative bracket width at which bisection ends; the iteration then converges in three or four steps.
 const START_WIDTH: f64 = 0.2;
 
-/// Estimated error of a shape at which its iteration ends.
+/// Estimated error of a converged shape.
 const SHAPE_ERROR: f64 = 1e-13;
 
-/// Residual relative to λ from which on the iteration also ends where it no longer shrinks.
+/// Residual relative to λ below which a stagnating iteration has converged.
 const ROUNDING: f64 = 1e-11;
 
-/// Most rounds of trial shifts, and of inverse iteration.
+/// Maximum number of iterations, of bisection and of inverse iteration.
 const MAX_ROUNDS: usize = 100;
 
 /// Ratio of neighbouring trial shifts above zero.
 const FIRST_RATIO: f64 = 1e-2;
 
-/// Modes above this times the lowest λ get no last solution with K: rounding along the lowest shape would grow by their ratio.
+/// Largest λ relative to the lowest for a final solution with K: rounding along the lowest shape grows by this ratio.
 const STATIC_RANGE: f64 = 1e8;
 
-/// A shape that contains more of the others than this is orthogonalised twice.
-const LARGE_PART: f64 = 1e-3;
+/// Contamination by other shapes above which a shape is orthogonalised twice.
+const LARGE_SHARE: f64 = 1e-3;
 
-/// Rows over which all shapes are multiplied: they stay in the cache.
-const PIECE: usize = 512;
+/// Number of rows per block of shape products: a block fits in the cache.
+const BLOCK: usize = 512;
 
-/// One mode: its bracket, its vector, and how far it is.
+/// Mode with its bracket, iterate and convergence state.
 struct BracketedMode {
     low: f64,
     high: f64,
-    /// No wider than rounding; modes of a repeated value have the same one.
+    /// Bracket width at rounding; modes of a repeated eigenvalue share a bracket.
     is_narrow: bool,
     iterate: Iterate,
     value: f64,
@@ -58,7 +58,7 @@ struct BracketedMode {
     converged: bool,
 }
 
-/// The lowest elastic modes of a forest without loops, or all where there are fewer.
+/// Lowest elastic modes of a forest without loops, at most `n_modes`.
 ///
 /// # Errors
 /// `NoConvergence`.
@@ -74,8 +74,8 @@ pub fn lowest_modes(forest: &Forest, mass: &[f64], n_modes: usize) -> Result<Rit
     let mut solves = 0;
     for round in 0.. {
         let gaps: Vec<f64> = (0..modes.len()).map(|j| gap(&modes, j)).collect();
-        let open = |mode: &&mut BracketedMode| !mode.converged;
-        let mut active: Vec<&mut Iterate> = (modes.iter_mut().filter(open))
+        let is_active = |mode: &&mut BracketedMode| !mode.converged;
+        let mut active: Vec<&mut Iterate> = (modes.iter_mut().filter(is_active))
             .map(|mode| &mut mode.iterate)
             .collect();
         if active.is_empty() {
@@ -96,20 +96,20 @@ pub fn lowest_modes(forest: &Forest, mass: &[f64], n_modes: usize) -> Result<Rit
     }
     separate_repeated(&mut modes, &masses);
     solves += solve_statically(&lanes, forest, &masses, &mut modes);
-    let counted = |mode: &BracketedMode| {
-        let hair = ROUNDING * mode.value;
-        mode.low - hair <= mode.value && mode.value <= mode.high + hair
+    let verified = |mode: &BracketedMode| {
+        let rounding = ROUNDING * mode.value;
+        mode.low - rounding <= mode.value && mode.value <= mode.high + rounding
     };
-    let sturm_verified = modes.iter().all(counted);
+    let sturm_verified = modes.iter().all(verified);
     sort_rising(&mut modes, |mode| mode.value);
-    let in_order_of_dofs = |mode: &BracketedMode| {
+    let dof_shape = |mode: &BracketedMode| {
         let mut shape = vec![0.0; masses.len()];
         (forest.order.iter().zip(&mode.iterate.x)).for_each(|(&i, x)| shape[i] = *x);
         shape
     };
     Ok(RitzPairs {
         values: modes.iter().map(|mode| mode.value).collect(),
-        vectors: modes.iter().map(in_order_of_dofs).collect(),
+        vectors: modes.iter().map(dof_shape).collect(),
         residuals: modes.iter().map(|mode| mode.residual).collect(),
         solves,
         runs: 1,
@@ -142,7 +142,7 @@ impl BracketedMode {
         }
     }
 
-    /// The count narrows the bracket; the next shift is the quotient where it lies inside.
+    /// Narrows the bracket by the Sturm count; the next shift is the Rayleigh quotient if inside the bracket.
     fn update(&mut self, index: usize, gap: f64) {
         let iterate = &mut self.iterate;
         match iterate.n_below <= index {
@@ -166,7 +166,7 @@ impl BracketedMode {
     }
 }
 
-/// Halfway in frequency.
+/// Midpoint of two eigenvalues in frequency.
 fn middle(low: f64, high: f64) -> f64 {
     (0.5 * (low.sqrt() + high.sqrt())).powi(2)
 }
@@ -176,7 +176,7 @@ fn solve_all(lanes: &ForestLanes, iterates: &mut [&mut Iterate]) {
     parallel::for_each(&mut blocks, |block| lanes.solve(block));
 }
 
-/// Brackets of the eigenvalues `first..last` by rising value, fewer where there are fewer; `first` of them are zero.
+/// Brackets of the eigenvalues `first..last` in ascending order; the first `first` eigenvalues are zero.
 fn isolate(lanes: &ForestLanes, first: usize, last: usize) -> Vec<(f64, f64)> {
     let top = lanes.upper_bound();
     if top == 0.0 {
@@ -203,37 +203,37 @@ fn isolate(lanes: &ForestLanes, first: usize, last: usize) -> Vec<(f64, f64)> {
     }
     let bracket = |mode: usize| {
         let above = known.iter().position(|&(_, count)| count > mode);
-        above.map(|at| (known[at - 1].0, known[at].0))
+        above.map(|index| (known[index - 1].0, known[index].0))
     };
     (first..last).filter_map(bracket).collect()
 }
 
-/// Trial shifts between two whose counts differ by `inside`: evenly by decades where these are far apart, else in frequency.
+/// Trial shifts between two shifts whose counts differ by `inside`: evenly in log λ for a wide interval, else in frequency.
 fn push_trials(trials: &mut Vec<f64>, low: f64, high: f64, inside: usize) {
     let width = high - low;
     if low == 0.0 {
         trials.extend((1..=LANES as i32).map(|i| high * FIRST_RATIO.powi(i)));
     } else if high > 4.0 * low {
-        let part = |i: usize| i as f64 / (LANES + 1) as f64;
-        trials.extend((1..=LANES).map(|i| low * (high / low).powf(part(i))));
+        let fraction = |i: usize| i as f64 / (LANES + 1) as f64;
+        trials.extend((1..=LANES).map(|i| low * (high / low).powf(fraction(i))));
     } else if (inside > 1 && width > SAME_VALUE * high) || width > START_WIDTH * high {
         let n = inside.min(LANES);
         let (low, high) = (low.sqrt(), high.sqrt());
-        let part = |i: usize| i as f64 / (n + 1) as f64;
-        trials.extend((1..=n).map(|i| (low + part(i) * (high - low)).powi(2)));
+        let fraction = |i: usize| i as f64 / (n + 1) as f64;
+        trials.extend((1..=n).map(|i| (low + fraction(i) * (high - low)).powi(2)));
     }
 }
 
-/// Distance of a shift from the brackets of other values.
+/// Distance of a shift from the brackets of other eigenvalues.
 fn gap(modes: &[BracketedMode], j: usize) -> f64 {
     let shift = modes[j].iterate.shift;
-    let apart = |d: &f64| *d > SAME_VALUE * shift;
-    let below = (modes[..j].iter().rev().map(|m| shift - m.high)).find(apart);
-    let above = (modes[j + 1..].iter().map(|m| m.low - shift)).find(apart);
+    let is_separate = |d: &f64| *d > SAME_VALUE * shift;
+    let below = (modes[..j].iter().rev().map(|m| shift - m.high)).find(is_separate);
+    let above = (modes[j + 1..].iter().map(|m| m.low - shift)).find(is_separate);
     below.unwrap_or(shift).min(above.unwrap_or(shift))
 }
 
-/// Numbers in (−1, 1) without pattern, the same every time, about as large in every mode.
+/// Pseudo-random start vector, reproducible, with similar components in all modes.
 fn random_vector(masses: &[f64], seed: u64) -> Vec<f64> {
     let mut state = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let size = (3.0 / masses.len() as f64).sqrt();
@@ -249,7 +249,7 @@ fn random_vector(masses: &[f64], seed: u64) -> Vec<f64> {
     masses.iter().map(&mut number).collect()
 }
 
-/// Orthonormalises the shapes of each repeated value.
+/// Orthonormalises the shapes of each repeated eigenvalue.
 fn separate_repeated(modes: &mut [BracketedMode], masses: &[f64]) {
     let same = |m: &BracketedMode, next: &BracketedMode| m.is_narrow && m.high == next.high;
     (modes.chunk_by_mut(same))
@@ -257,9 +257,9 @@ fn separate_repeated(modes: &mut [BracketedMode], masses: &[f64]) {
         .for_each(|group| drop(orthonormalise(group, masses)));
 }
 
-/// A last solution with K itself, in which nothing is subtracted: values to rounding. Shapes become orthogonal to rounding.
+/// Final solution with K, free of cancellation: eigenvalues and orthogonality of shapes to rounding.
 ///
-/// What a solution contains of lower modes grew by the ratio of the values; its energy is taken off. Returns the number of solutions.
+/// Contamination by lower modes grew by the ratio of eigenvalues; its energy is subtracted. Returns the number of solutions.
 fn solve_statically(
     lanes: &ForestLanes,
     forest: &Forest,
@@ -267,8 +267,8 @@ fn solve_statically(
     modes: &mut [BracketedMode],
 ) -> usize {
     let lowest = modes.iter().map(|m| m.value).fold(f64::INFINITY, f64::min);
-    let near = |mode: &BracketedMode| mode.value <= STATIC_RANGE * lowest;
-    let mut iterates: Vec<&mut Iterate> = (modes.iter_mut().filter(|m| near(m)))
+    let is_low = |mode: &BracketedMode| mode.value <= STATIC_RANGE * lowest;
+    let mut iterates: Vec<&mut Iterate> = (modes.iter_mut().filter(|m| is_low(m)))
         .map(|mode| &mut mode.iterate)
         .collect();
     iterates.iter_mut().for_each(|i| i.shift = 0.0);
@@ -282,40 +282,40 @@ fn solve_statically(
         let inertia = dot(&momentum, rigid);
         for iterate in iterates.iter_mut().filter(|_| inertia > 0.0) {
             let x = &mut iterate.x[span.clone()];
-            let part = dot(&momentum, x) / inertia;
-            axpy(x, -part, rigid);
+            let component = dot(&momentum, x) / inertia;
+            axpy(x, -component, rigid);
         }
     }
     let solves = iterates.len();
     let energies: Vec<f64> = (modes.iter().map(|m| &m.iterate))
         .map(|i| i.quotient * i.norm * i.norm)
         .collect();
-    let parts = orthonormalise(modes, masses);
+    let r = orthonormalise(modes, masses);
     for j in 0..modes.len() {
-        let lower = parts[j][..j].iter().zip(&modes[..j]);
-        let of_lower: f64 = lower.map(|(part, mode)| part * part * mode.value).sum();
-        modes[j].value = (energies[j] - of_lower) / parts[j][j].powi(2);
+        let lower = r[j][..j].iter().zip(&modes[..j]);
+        let lower_energy: f64 = lower.map(|(c, mode)| c * c * mode.value).sum();
+        modes[j].value = (energies[j] - lower_energy) / r[j][j].powi(2);
     }
     solves
 }
 
-/// Makes the shapes M-orthonormal, each by those before it. Returns R of `X = Q Rᵀ`, row by row.
+/// Gram–Schmidt M-orthonormalisation of the shapes. Returns R of `X = Q Rᵀ`, row by row.
 fn orthonormalise(modes: &mut [BracketedMode], masses: &[f64]) -> Vec<Vec<f64>> {
     let r = orthonormalise_once(modes, masses);
     let is_large =
-        |(j, row): (usize, &Vec<f64>)| row[..j].iter().any(|p| p.abs() > LARGE_PART * row[j]);
+        |(j, row): (usize, &Vec<f64>)| row[..j].iter().any(|p| p.abs() > LARGE_SHARE * row[j]);
     if r.iter().enumerate().any(is_large) {
         orthonormalise_once(modes, masses);
     }
     r
 }
 
-/// The same without a second pass: `XᵀMX = R Rᵀ`, `Q = X R⁻ᵀ` (Cholesky).
+/// Single pass of M-orthonormalisation: `XᵀMX = R Rᵀ`, `Q = X R⁻ᵀ` (Cholesky).
 fn orthonormalise_once(modes: &mut [BracketedMode], masses: &[f64]) -> Vec<Vec<f64>> {
     let n = modes.len();
     let mut r = vec![vec![0.0; n]; n];
-    for (at, masses) in masses.chunks(PIECE).enumerate() {
-        let span = at * PIECE..at * PIECE + masses.len();
+    for (block, masses) in masses.chunks(BLOCK).enumerate() {
+        let span = block * BLOCK..block * BLOCK + masses.len();
         for j in 0..n {
             let x = &modes[j].iterate.x[span.clone()];
             let weighted: Vec<f64> = x.iter().zip(masses).map(|(x, m)| x * m).collect();
@@ -326,20 +326,20 @@ fn orthonormalise_once(modes: &mut [BracketedMode], masses: &[f64]) -> Vec<Vec<f
     }
     for j in 0..n {
         for i in 0..=j {
-            let rest = r[j][i] - dot(&r[j][..i], &r[i][..i]);
+            let remainder = r[j][i] - dot(&r[j][..i], &r[i][..i]);
             r[j][i] = match i == j {
-                true => rest.max(f64::EPSILON * f64::EPSILON * r[j][j]).sqrt(),
-                false => rest / r[i][i],
+                true => remainder.max(f64::EPSILON * f64::EPSILON * r[j][j]).sqrt(),
+                false => remainder / r[i][i],
             };
         }
     }
-    for start in (0..masses.len()).step_by(PIECE) {
-        let span = start..masses.len().min(start + PIECE);
+    for start in (0..masses.len()).step_by(BLOCK) {
+        let span = start..masses.len().min(start + BLOCK);
         for j in 0..n {
-            let (lower, rest) = modes.split_at_mut(j);
-            let x = &mut rest[0].iterate.x[span.clone()];
-            let parts: Vec<f64> = r[j][..j].iter().map(|part| -part).collect();
-            gemv(x, &parts, |i| &lower[i].iterate.x[span.clone()]);
+            let (lower, remainder) = modes.split_at_mut(j);
+            let x = &mut remainder[0].iterate.x[span.clone()];
+            let factors: Vec<f64> = r[j][..j].iter().map(|factor| -factor).collect();
+            gemv(x, &factors, |i| &lower[i].iterate.x[span.clone()]);
             x.iter_mut().for_each(|x| *x /= r[j][j]);
         }
     }

@@ -15,23 +15,23 @@ use super::rank_revealing::{RankRevealingLdu, null_vectors, rank_revealing_ldu, 
 use super::sorting::sort_rising;
 use super::{Matrix, check_finite};
 
-/// Singular values and right singular vectors.
+/// Singular value decomposition of a graded matrix: singular values and right singular vectors.
 #[derive(Debug, Clone)]
 pub struct GradedSvd {
-    /// Eigenvalues, ascending, one per column of the matrix; those beyond the rank are exactly zero and come first.
+    /// Singular values, ascending, one per column of the matrix; those beyond the rank are exactly zero and come first.
     pub values: Vec<f64>,
     /// Right singular vectors as orthonormal columns, in the order of the values.
     pub vectors: Matrix,
-    /// Sweeps of rotations it took.
+    /// Number of Jacobi sweeps.
     pub sweeps: usize,
 }
 
-/// Values and right vectors of the singular value decomposition of `a`, of any shape.
+/// Singular value decomposition of a matrix of any shape to high relative accuracy.
 ///
-/// `rank` is the rank known from elsewhere, such as a graph: what is left after so many steps is rounding and is
-/// dropped. Without it the rank is the smaller side, less columns that vanish exactly.
+/// `rank` is the rank known otherwise, such as from a graph: the remainder after so many steps is rounding and is
+/// dropped. The default rank is the smaller dimension, less columns that vanish exactly.
 ///
-/// Errors: `Overflow` where an entry is not finite or a value leaves the range of doubles; `NoConvergence`.
+/// Errors: `Overflow` if an entry is not finite or a value leaves the range of doubles; `NoConvergence`.
 pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let n = a.ncols();
     check_finite(a, "a graded matrix")?;
@@ -41,13 +41,13 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
         .collect();
     let revealed = rank_revealing_ldu(rows, rank.unwrap_or(n));
 
-    let mut turned = rows_of_product(&revealed, n);
-    let (lengths, sweeps) = orthogonalise(&mut turned)?;
-    let mut by_value: Vec<usize> = (0..turned.len()).filter(|&i| lengths[i] > 0.0).collect();
+    let mut rotated = rows_of_product(&revealed, n);
+    let (lengths, sweeps) = orthogonalise(&mut rotated)?;
+    let mut by_value: Vec<usize> = (0..rotated.len()).filter(|&i| lengths[i] > 0.0).collect();
     sort_rising(&mut by_value, |&i| lengths[i]);
     let live: Vec<Vec<f64>> = by_value
         .iter()
-        .map(|&i| turned[i].iter().map(|x| x / lengths[i]).collect())
+        .map(|&i| rotated[i].iter().map(|x| x / lengths[i]).collect())
         .collect();
 
     let mut vectors = null_space(null_vectors(&revealed, n), &live, n);
@@ -74,7 +74,7 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     })
 }
 
-/// The power of two midway between the largest and the smallest entry.
+/// Power of two at the geometric mean of the largest and the smallest entry.
 fn middle_scale(a: &Matrix) -> f64 {
     let sizes = (0..a.ncols())
         .flat_map(|j| a.col_as_slice(j))
@@ -90,45 +90,45 @@ fn middle_scale(a: &Matrix) -> f64 {
     }
 }
 
-/// Rows of `R Πᵀ U`, where `L D Π = Q R`: what is left of `A = L D U` once Q, which turns no right vector, is dropped.
+/// Rows of `R Πᵀ U`, where `L D Π = Q R`: the factor of `A = L D U` without Q, which changes no right singular vector.
 fn rows_of_product(revealed: &RankRevealingLdu, n: usize) -> Vec<Vec<f64>> {
     let rank = revealed.pivots.len();
     let r = pivoted_qr(revealed.lower.clone(), rank, rank, 0.0);
     let mut rows = vec![vec![0.0; n]; r.steps];
-    for (column, &at) in r.columns.iter().zip(&r.order) {
+    for (column, &pivot) in r.columns.iter().zip(&r.order) {
         rows.iter_mut()
             .zip(column)
-            .for_each(|(row, x)| subtract(row, -x, &revealed.upper[at]));
+            .for_each(|(row, x)| subtract(row, -x, &revealed.upper[pivot]));
     }
     rows
 }
 
-/// Orthonormal vectors next to `live`: the known null vectors, then as many more as there is room for.
+/// Orthonormal complement of the vectors `live`: the known null vectors, extended to dimension n.
 fn null_space(known: Vec<Vec<f64>>, live: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     let independent = 0.5 / (n as f64).sqrt(); // at least one unit vector has 1/√n of itself in the complement
-    let mut found: Vec<Vec<f64>> = Vec::new();
+    let mut null: Vec<Vec<f64>> = Vec::new();
     let units = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect());
     for mut x in known.into_iter().chain(units) {
-        if found.len() + live.len() == n {
+        if null.len() + live.len() == n {
             break;
         }
         normalise(&mut x);
-        if orthogonalise_against(&mut x, &found, live) < independent {
+        if orthogonalise_against(&mut x, &null, live) < independent {
             continue;
         }
         normalise(&mut x);
-        orthogonalise_against(&mut x, &found, live);
+        orthogonalise_against(&mut x, &null, live);
         normalise(&mut x);
-        found.push(x);
+        null.push(x);
     }
-    found
+    null
 }
 
-/// Takes the parts along orthonormal vectors out of x; the length of what is left.
-fn orthogonalise_against(x: &mut [f64], found: &[Vec<f64>], live: &[Vec<f64>]) -> f64 {
-    for known in found.iter().chain(live) {
-        let along = dot(x, known);
-        subtract(x, along, known);
+/// Orthogonalises x against orthonormal vectors; returns its remaining norm.
+fn orthogonalise_against(x: &mut [f64], null: &[Vec<f64>], live: &[Vec<f64>]) -> f64 {
+    for known in null.iter().chain(live) {
+        let component = dot(x, known);
+        subtract(x, component, known);
     }
     norm(x)
 }
@@ -138,14 +138,14 @@ fn normalise(x: &mut [f64]) {
     x.iter_mut().for_each(|x| *x /= length);
 }
 
-/// Degrees of freedom without inertia, taken out of `A`.
+/// Static condensation of massless degrees of freedom from `A`.
 #[derive(Debug, Clone)]
 pub struct StaticCondensation {
     /// Condensed `A` on the remaining degrees of freedom, a column for each of them.
     pub condensed: Matrix,
-    /// `x_first = recovery · x_rest`.
+    /// Recovery matrix: `x_first = recovery · x_rest`.
     pub recovery: Matrix,
-    /// A degree of freedom among the first that no branch holds, if there is one; it is then left at zero.
+    /// An undetermined degree of freedom among the first; its recovered value is zero.
     pub singular: Option<usize>,
 }
 
@@ -154,16 +154,16 @@ pub struct StaticCondensation {
 /// With `A_first = L D U` and `[L D, A_rest] = Q [R₁₁ R₁₂; 0 R₂₂]` the energy `½‖A x‖²` is least over
 /// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections lose no digit of a short row to a long one.
 ///
-/// Errors: `Overflow` where an entry is not finite.
+/// Errors: `Overflow` if an entry is not finite.
 pub fn condense(a: &Matrix, first: usize) -> Result<StaticCondensation, Error> {
     check_finite(a, "a graded matrix")?;
     let first = first.min(a.ncols());
-    let rest = a.ncols() - first;
+    let n_retained = a.ncols() - first;
     let columns: Vec<Vec<f64>> = (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect();
     let negligible = 8.0 * (a.ncols() as f64) * f64::EPSILON; // of the row's size: its backward error, with a margin
-    let held = pivoted_qr(columns[..first].to_vec(), first, first, negligible);
-    let rank = held.steps;
-    let singular = held.order[rank..].iter().min().copied();
+    let qr = pivoted_qr(columns[..first].to_vec(), first, first, negligible);
+    let rank = qr.steps;
+    let singular = qr.order[rank..].iter().min().copied();
 
     let revealed = rank_revealing_ldu(
         (0..a.nrows())
@@ -183,16 +183,16 @@ pub fn condense(a: &Matrix, first: usize) -> Result<StaticCondensation, Error> {
         rank,
         0.0,
     );
-    let condensed = Matrix::from_fn(a.nrows() - rank, rest, |i, j| {
+    let condensed = Matrix::from_fn(a.nrows() - rank, n_retained, |i, j| {
         reduced.columns[rank + j][rank + i]
     });
-    let mut recovery = Matrix::zeros(first, rest);
+    let mut recovery = Matrix::zeros(first, n_retained);
     for (j, solved) in back_substitute(&reduced, rank).iter().enumerate() {
         let mut right = vec![0.0; rank];
         solved
             .iter()
             .zip(&reduced.order)
-            .for_each(|(x, &at)| right[at] = -x);
+            .for_each(|(x, &index)| right[index] = -x);
         let x = solve_upper(&revealed, vec![0.0; first], &right);
         x.iter()
             .enumerate()

@@ -1,8 +1,8 @@
-//! Modes nearest a shift by Lanczos on `(K − σM)⁻¹ M`, whose eigenvalues are `θ = 1/(λ − σ)`.
+//! Shift-and-invert Lanczos method on `(K − σM)⁻¹ M` with eigenvalues `θ = 1/(λ − σ)`: the modes nearest the shift σ.
 //!
-//! Every vector is kept M-orthogonal to the rigid motions, to the modes already found and to all others of its run. One run cannot tell
-//! a repeated frequency from a single one, so found modes are set aside and further runs look for what is missing, until a Sturm count
-//! says that nothing is, or without a count until a run finds nothing new.
+//! Every vector is M-orthogonalised against the rigid motions, the converged modes and the basis of its run. One run cannot resolve
+//! repeated eigenvalues, so converged modes are deflated and further runs search for missing modes, until a Sturm count verifies
+//! completeness or, without a count, a run yields no new mode.
 
 use super::shift_invert::ShiftInvert;
 use super::sorting::{falling_order, sort_rising};
@@ -13,58 +13,58 @@ use super::{Matrix, parallel};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// A Ritz pair is taken when its residual is below this times |θ|; its value is then good to the square of it, over the gap.
+/// Residual of a converged Ritz pair relative to |θ|; the error of its value is the square of it over the gap.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
 
-/// A run takes no θ below this times its largest, whose rounding would spoil it; a later run sees it as large.
+/// Smallest accepted θ relative to the largest of a run, whose rounding limits its accuracy; a later run resolves it.
 const MIN_THETA_RATIO: f64 = 1e-5;
 
-/// Convergence is checked each time a run has grown by this part: the projected eigenproblem costs the cube of its length.
+/// Inverse relative growth of a run between convergence checks: the projected eigenproblem costs the cube of its length.
 const CHECK_EVERY: usize = 8;
 
-/// Rows over which an update runs through all vectors: what is updated stays in the cache.
-const PIECE: usize = 1024;
+/// Number of rows per block of a blocked update: a block fits in the cache.
+const BLOCK: usize = 1024;
 
-/// Vectors that together have fewer entries are not worth several threads.
+/// Smallest total number of entries for several threads.
 const MIN_PARALLEL_LENGTH: usize = 1 << 18;
 
-/// Two eigenvalues nearer than this (relative) are counted together.
+/// Relative spacing below which two eigenvalues are counted together.
 const SAME_VALUE: f64 = 1e-9;
 
-/// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
+/// Ratio of norms below which orthogonalisation is repeated (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
 const REORTHOGONALISE_BELOW: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Number of eigenvalues of (K, M) below a value, those of rigid motions among them.
+/// Sturm count: number of eigenvalues of (K, M) below a value, including rigid motions.
 pub type SturmCount<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
 
 /// Eigenvalue problem for the Lanczos iteration.
 pub struct LanczosProblem<'a> {
     /// The factorised `K − σM`.
     pub inverse: &'a dyn ShiftInvert,
-    /// M.
+    /// Mass matrix M.
     pub mass: &'a SparseSymmetric,
-    /// Motions without strain energy, which are left out exactly.
+    /// Motions without strain energy, deflated exactly.
     pub rigid: &'a [Vec<f64>],
-    /// The Sturm count that says when nothing is missing.
+    /// Sturm count that verifies completeness.
     pub count: Option<SturmCount<'a>>,
     /// Number of requested modes.
     pub n_modes: usize,
 }
 
-/// Modes found, lowest first.
+/// Converged Ritz pairs in ascending order of λ.
 #[derive(Debug, Clone)]
 pub struct RitzPairs {
-    /// λ = ω², rad²/s².
+    /// Eigenvalues λ = ω², rad²/s².
     pub values: Vec<f64>,
     /// Shapes with `φᵀMφ = 1`, of either sign.
     pub vectors: Vec<Vec<f64>>,
-    /// `‖(K − σM)⁻¹Mφ − θφ‖_M / |θ|` before the last solve, which shrinks it further.
+    /// Residuals `‖(K − σM)⁻¹Mφ − θφ‖_M / |θ|` before the last solve, which reduces them further.
     pub residuals: Vec<f64>,
     /// Number of solved systems.
     pub solves: usize,
-    /// Runs, of which each finds at most one mode of a repeated frequency.
+    /// Number of runs; each finds at most one mode of a repeated frequency.
     pub runs: usize,
-    /// Whether a Sturm count says that no mode among them is missing.
+    /// Whether a Sturm count verified completeness.
     pub sturm_verified: bool,
 }
 
@@ -74,50 +74,49 @@ struct ConvergedPair {
     residual: f64,
 }
 
-/// The modes nearest σ without the rigid ones, or all where there are fewer.
+/// Elastic modes nearest σ, at most the requested number.
 pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
-    let wanted = search
+    let n_modes = search
         .n_modes
         .min(search.mass.len().saturating_sub(search.rigid.len()));
-    let mut work = LanczosState {
+    let mut state = LanczosState {
         search,
-        n_modes: wanted,
-        fixed: Vec::new(),
+        n_modes,
+        deflated: Vec::new(),
         modes: Vec::new(),
         solves: 0,
     };
     for r in search.rigid {
         let mut r = r.clone();
-        let norm = work.orthogonalise(&mut r, &[]);
-        work.fixed.push(normalised(r, norm));
+        let norm = state.orthogonalise(&mut r, &[]);
+        state.deflated.push(normalised(r, norm));
     }
-    let most_runs = 20 + 3 * wanted;
-    let (mut start, mut nothing_new) = (None, false);
-    for run in 0..most_runs {
-        let counted = work.is_complete()?;
-        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted)
-        {
-            return Ok(work.finish(run, counted == Some(true)));
+    let max_runs = 20 + 3 * n_modes;
+    let (mut start, mut stalled) = (None, false);
+    for run in 0..max_runs {
+        let counted = state.is_complete()?;
+        if counted == Some(true) || (counted.is_none() && stalled && state.modes.len() >= n_modes) {
+            return Ok(state.finish(run, counted == Some(true)));
         }
-        let begin = start
+        let first = start
             .take()
-            .unwrap_or_else(|| work.random_vector(run as u64));
-        let result = work.run(begin)?;
+            .unwrap_or_else(|| state.random_vector(run as u64));
+        let result = state.run(first)?;
         if result.exhausted && result.modes.is_empty() {
-            return Ok(work.finish(run + 1, counted == Some(true)));
+            return Ok(state.finish(run + 1, counted == Some(true)));
         }
-        nothing_new = result.nothing_new;
+        stalled = result.nothing_new;
         start = result.restart;
         for (theta, vector) in result.modes {
-            work.accept_pair(theta, vector);
+            state.accept_pair(theta, vector);
         }
     }
-    let have = work.modes.len();
+    let n_converged = state.modes.len();
     Err(Error::new(
         Code::NoConvergence,
         format!(
-            "Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted",
-            work.solves
+            "Lanczos ended after {max_runs} runs and {} solves with {n_converged} modes of {n_modes} wanted",
+            state.solves
         ),
     ))
 }
@@ -128,16 +127,16 @@ struct RunResult {
     modes: Vec<(f64, Vec<f64>)>,
     restart: Option<Vec<f64>>,
     nothing_new: bool,
-    /// No direction was left to start in.
+    /// No start vector outside the deflated space.
     exhausted: bool,
 }
 
 struct LanczosState<'a> {
     search: &'a LanczosProblem<'a>,
-    /// No more than there can be.
+    /// Requested modes, at most the number of elastic modes.
     n_modes: usize,
-    /// Rigid motions, then modes, all M-orthonormal.
-    fixed: Vec<Vec<f64>>,
+    /// M-orthonormal rigid motions, then converged modes.
+    deflated: Vec<Vec<f64>>,
     modes: Vec<ConvergedPair>,
     solves: usize,
 }
@@ -149,12 +148,12 @@ impl LanczosState<'_> {
         y
     }
 
-    /// Removes what x has of the fixed vectors and of `basis`; the norm that is left.
+    /// M-orthogonalises x against the deflated vectors and `basis`; returns its remaining norm.
     fn orthogonalise(&self, x: &mut [f64], basis: &[Vec<f64>]) -> f64 {
         let mut mx = self.mass_times(x);
         let mut norm = dot(x, &mx).max(0.0).sqrt();
         for _ in 0..4 {
-            let all: Vec<&[f64]> = (self.fixed.iter().chain(basis))
+            let all: Vec<&[f64]> = (self.deflated.iter().chain(basis))
                 .map(Vec::as_slice)
                 .collect();
             let share = |v: &&[f64]| -dot(v, &mx);
@@ -163,25 +162,25 @@ impl LanczosState<'_> {
                 true => parallel::map(&all, share),
                 false => all.iter().map(share).collect(),
             };
-            let mut pieces: Vec<_> = x.chunks_mut(PIECE).enumerate().collect();
-            let update = |(at, piece): &mut (usize, &mut [f64])| {
-                gemv(piece, &factors, |j| &all[j][*at * PIECE..]);
+            let mut blocks: Vec<_> = x.chunks_mut(BLOCK).enumerate().collect();
+            let update = |(index, block): &mut (usize, &mut [f64])| {
+                gemv(block, &factors, |j| &all[j][*index * BLOCK..]);
             };
             match is_long {
-                true => parallel::for_each(&mut pieces, update),
-                false => pieces.iter_mut().for_each(update),
+                true => parallel::for_each(&mut blocks, update),
+                false => blocks.iter_mut().for_each(update),
             }
             self.search.mass.mul_vec(x, &mut mx);
-            let left = dot(x, &mx).max(0.0).sqrt();
-            if left > REORTHOGONALISE_BELOW * norm || left == 0.0 {
-                return left;
+            let remaining = dot(x, &mx).max(0.0).sqrt();
+            if remaining > REORTHOGONALISE_BELOW * norm || remaining == 0.0 {
+                return remaining;
             }
-            norm = left;
+            norm = remaining;
         }
         norm
     }
 
-    /// Numbers in (−1, 1) without pattern, the same every time, smoothed by one solve.
+    /// Pseudo-random start vector, reproducible, smoothed by one solve.
     fn random_vector(&mut self, seed: u64) -> Vec<f64> {
         let mut state = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let number = |_| {
@@ -198,12 +197,12 @@ impl LanczosState<'_> {
         x
     }
 
-    fn run(&mut self, mut begin: Vec<f64>) -> Result<RunResult, Error> {
+    fn run(&mut self, mut start: Vec<f64>) -> Result<RunResult, Error> {
         let before = {
-            let m = self.mass_times(&begin);
-            dot(&begin, &m).max(0.0).sqrt()
+            let m = self.mass_times(&start);
+            dot(&start, &m).max(0.0).sqrt()
         };
-        let norm = self.orthogonalise(&mut begin, &[]);
+        let norm = self.orthogonalise(&mut start, &[]);
         if !norm.is_finite() {
             return Err(Error::new(
                 Code::Overflow,
@@ -216,10 +215,10 @@ impl LanczosState<'_> {
                 ..RunResult::default()
             });
         }
-        let most = (2 * self.n_modes + 60).min(begin.len());
+        let max_length = (2 * self.n_modes + 60).min(start.len());
         let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let mut basis = vec![normalised(begin, norm)];
-        // Fewer vectors than modes wanted have not converged to all of them.
+        let mut basis = vec![normalised(start, norm)];
+        // A basis smaller than the number of missing modes cannot contain all of them.
         let mut next_check = (self.n_modes.saturating_sub(self.modes.len()) + 5).max(10);
         loop {
             let j = basis.len() - 1;
@@ -243,10 +242,10 @@ impl LanczosState<'_> {
                     "the shift is an eigenvalue to the last digit; move it",
                 ));
             }
-            let closed = beta[j] <= 1e2 * f64::EPSILON * size;
-            let last = closed || basis.len() == most;
+            let invariant = beta[j] <= 1e2 * f64::EPSILON * size;
+            let last = invariant || basis.len() == max_length;
             if last || basis.len() >= next_check {
-                let result = self.collect_converged(&alpha, &beta, &basis, closed, last)?;
+                let result = self.collect_converged(&alpha, &beta, &basis, invariant, last)?;
                 if let Some(result) = result {
                     return Ok(result);
                 }
@@ -256,13 +255,13 @@ impl LanczosState<'_> {
         }
     }
 
-    /// The converged pairs of a run, if they are enough or the run is at its end.
+    /// Converged Ritz pairs of a run, if sufficient or at the end of the run.
     fn collect_converged(
         &self,
         alpha: &[f64],
         beta: &[f64],
         basis: &[Vec<f64>],
-        closed: bool,
+        invariant: bool,
         last: bool,
     ) -> Result<Option<RunResult>, Error> {
         let m = alpha.len();
@@ -276,7 +275,7 @@ impl LanczosState<'_> {
         let order = falling_order((0..m).map(|j| theta(j).abs()));
         let largest = theta(order[0]).abs();
         let ready = |i: usize| {
-            closed
+            invariant
                 || (beta[m - 1] * eigen.vectors[(m - 1, i)]).abs()
                     <= RESIDUAL_TOLERANCE * theta(i).abs()
         };
@@ -284,31 +283,31 @@ impl LanczosState<'_> {
             .iter()
             .take_while(|&&i| ready(i) && theta(i).abs() > MIN_THETA_RATIO * largest)
             .count();
-        let wanted = self.n_modes.saturating_sub(self.modes.len());
+        let n_missing = self.n_modes.saturating_sub(self.modes.len());
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
-        // What is left to find is below what this run may take: the next one begins without what this one has found.
-        let spent = order
+        // The missing θ are below the accuracy of this run: the next run deflates the converged modes.
+        let exhausted = order
             .get(n_ready)
             .is_some_and(|&i| n_ready > 0 && theta(i).abs() <= MIN_THETA_RATIO * largest);
         if !(last
             || nothing_new
-            || spent
-            || (wanted > 0 && n_ready >= wanted)
+            || exhausted
+            || (n_missing > 0 && n_ready >= n_missing)
             || order[..n_ready].iter().any(|&i| passed(i)))
         {
             return Ok(None);
         }
-        let few = wanted.max(1).min(m - n_ready);
-        let restarts = last && !closed && n_ready < wanted.max(1);
+        let n_restart = n_missing.max(1).min(m - n_ready);
+        let restarts = last && !invariant && n_ready < n_missing.max(1);
         let factors = |row: usize| -> Vec<f64> {
             let mut factors: Vec<f64> = order[..n_ready]
                 .iter()
                 .map(|&i| eigen.vectors[(row, i)])
                 .collect();
             factors.extend(restarts.then(|| {
-                order[n_ready..n_ready + few]
+                order[n_ready..n_ready + n_restart]
                     .iter()
                     .map(|&i| eigen.vectors[(row, i)])
                     .sum::<f64>()
@@ -331,7 +330,7 @@ impl LanczosState<'_> {
         }))
     }
 
-    /// |θ| below which a mode is not among the wanted.
+    /// Smallest |θ| of the requested modes.
     fn cutoff(&self) -> f64 {
         self.distances()
             .get(self.n_modes.wrapping_sub(1))
@@ -348,7 +347,7 @@ impl LanczosState<'_> {
         distances
     }
 
-    /// One more solve, the quotient `yᵀKy / yᵀMy` of what it gives, and the mode is set aside.
+    /// Refines a Ritz pair by one solve and the Rayleigh quotient `yᵀKy / yᵀMy`, and deflates the mode.
     fn accept_pair(&mut self, theta: f64, vector: Vec<f64>) {
         let f = self.mass_times(&vector);
         let mut y = f.clone();
@@ -358,17 +357,17 @@ impl LanczosState<'_> {
         }
         self.solves += 1;
         let work = dot(&f, &y);
-        let of_others = self.energy_of_modes(&y);
-        let mut rest = y.clone();
-        axpy(&mut rest, -theta, &vector);
-        let residual = self.orthogonalise(&mut rest, &[]) / theta.abs();
+        let deflated_energy = self.energy_of_modes(&y);
+        let mut residual_vector = y.clone();
+        axpy(&mut residual_vector, -theta, &vector);
+        let residual = self.orthogonalise(&mut residual_vector, &[]) / theta.abs();
         let norm = self.orthogonalise(&mut y, &[]);
         let value = match energy {
-            Some(energy) => (energy - of_others) / (norm * norm),
+            Some(energy) => (energy - deflated_energy) / (norm * norm),
             None => self.search.inverse.shift() + work / (norm * norm),
         };
         let vector = normalised(y, norm);
-        self.fixed.push(vector.clone());
+        self.deflated.push(vector.clone());
         self.modes.push(ConvergedPair {
             value,
             vector,
@@ -376,14 +375,14 @@ impl LanczosState<'_> {
         });
     }
 
-    /// The part of `yᵀKy` that modes already found have in it by rounding.
+    /// Share of `yᵀKy` of converged modes, due to rounding.
     fn energy_of_modes(&self, y: &[f64]) -> f64 {
         let my = self.mass_times(y);
-        let part = |mode: &ConvergedPair| mode.value * dot(&mode.vector, &my).powi(2);
-        self.modes.iter().map(part).sum()
+        let energy = |mode: &ConvergedPair| mode.value * dot(&mode.vector, &my).powi(2);
+        self.modes.iter().map(energy).sum()
     }
 
-    /// Whether no mode among the wanted is missing; none without a count.
+    /// Whether all requested modes have converged by the Sturm count; none without a count.
     fn is_complete(&self) -> Result<Option<bool>, Error> {
         let Some(count) = self.search.count else {
             return Ok(None);
@@ -396,16 +395,16 @@ impl LanczosState<'_> {
             return Ok(Some(false));
         };
         let shift = self.search.inverse.shift();
-        let reach = last + SAME_VALUE * (last + shift.abs());
-        let inside = distances.iter().filter(|d| **d <= reach).count();
-        let below = shift - reach;
-        let known = inside
+        let radius = last + SAME_VALUE * (last + shift.abs());
+        let within = distances.iter().filter(|d| **d <= radius).count();
+        let below = shift - radius;
+        let known = within
             + if below > 0.0 {
                 count(below)?
             } else {
                 self.search.rigid.len()
             };
-        Ok(Some(count(shift + reach)? <= known))
+        Ok(Some(count(shift + radius)? <= known))
     }
 
     fn finish(self, runs: usize, counted: bool) -> RitzPairs {

@@ -1,9 +1,9 @@
-//! Quadratic eigenproblem `(λ²J + λC + K + i sgn(Im λ) H) x = 0`: refinement of single roots.
+//! Quadratic eigenproblem `(λ²J + λC + K + i sgn(Im λ) H) x = 0`: refinement of simple eigenvalues.
 //!
 //! Inverse iteration on both sides with the Rayleigh functional `yᵀ Q(λ) x = 0`: Schwetlick & Schreiber,
 //! Nonlinear Rayleigh functionals, Linear Algebra Appl. 436 (2012), pp. 3991–4016; Lancaster, Lambda-matrices and
-//! vibrating systems (1966), §5.4. Rows and columns are scaled by the size of their own diagonal at λ, which takes the
-//! grading out of the matrix, so that small roots keep digits that a linearisation loses to the largest.
+//! vibrating systems (1966), §5.4. Rows and columns are scaled by the magnitude of the diagonal at λ, which removes the
+//! grading, so that small eigenvalues are relatively accurate, as they are not in a linearisation.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
@@ -12,56 +12,56 @@ use crate::base::error::Error;
 
 use super::{Complex, ComplexMatrix, Matrix, registers};
 
-/// A quadratic eigenproblem, C and K symmetric or not.
+/// Quadratic eigenproblem with symmetric or unsymmetric C and K.
 #[derive(Debug, Clone)]
 pub struct QuadraticEigenproblem {
     /// Number of leading coordinates with unit inertia; the others have none.
     pub n_inertial: usize,
-    /// C, with the gyroscopic part.
+    /// Damping matrix C, including gyroscopic terms.
     pub damping: Matrix,
-    /// K.
+    /// Stiffness matrix K.
     pub stiffness: Matrix,
-    /// H of loss factors; it turns its sign with Im λ and does not act on real roots.
+    /// Hysteretic damping matrix H of loss factors; its sign is that of Im λ, and it vanishes for real eigenvalues.
     pub hysteretic: Option<Matrix>,
 }
 
-/// A root with its vectors.
+/// Eigenvalue with right and left eigenvectors.
 #[derive(Debug, Clone)]
 pub struct QuadraticEigenpair {
-    /// λ.
+    /// Eigenvalue λ, 1/s.
     pub value: Complex,
-    /// x, of length one.
+    /// Right eigenvector x, of length one.
     pub right: Vec<Complex>,
-    /// y of `yᵀ Q(λ) = 0`, of length one.
+    /// Left eigenvector y, `yᵀ Q(λ) = 0`, of length one.
     pub left_vector: Vec<Complex>,
-    /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, rows weighed as the mode feels them.
+    /// Backward error `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i` with weights w of the scaled problem.
     pub residual: f64,
     /// Iterations, one factorisation each.
     pub steps: usize,
 }
 
 impl QuadraticEigenproblem {
-    /// The order.
+    /// Order of the problem.
     pub fn len(&self) -> usize {
         self.damping.nrows()
     }
 
-    /// Whether there is no coordinate.
+    /// Whether the problem has no coordinate.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Polishes a root and its right vector.
+    /// Refines an eigenvalue and its right eigenvector by two-sided Rayleigh-quotient iteration.
     ///
-    /// It moves to a root near the start, mostly the nearest: a start that has no digit may end at another.
-    /// Not for λ = 0, which rigid motion has exactly; that comes back unchanged.
+    /// The iteration converges to an eigenvalue near the start, usually the nearest; an inaccurate start may yield another.
+    /// λ = 0, exact for rigid motion, is returned unchanged.
     ///
     /// # Errors
-    /// `NoConvergence` with the last change of λ; `Overflow` where the numbers leave the range of doubles.
+    /// `NoConvergence` with the last change of λ; `Overflow` beyond the range of doubles.
     pub fn polish(&self, value: Complex, vector: &[Complex]) -> Result<QuadraticEigenpair, Error> {
         let n = self.len();
         let (mut value, mut right) = (value, vector.to_vec());
-        // The left vector starts from the conjugate: `xᵀx` of a whirling shape is nil.
+        // The left vector starts from the conjugate: `xᵀx` of a whirling shape is zero.
         let mut left: Vec<Complex> = vector.iter().map(Complex::conj).collect();
         let mut last = f64::INFINITY;
         for steps in 0..=MAX_STEPS {
@@ -77,17 +77,17 @@ impl QuadraticEigenproblem {
             }
             let weight = self.weights(value);
             let factor = self.factorise(value, &weight);
-            let of_right = self.derivative_times(value, &right, false);
-            right = inverse_step(&weight, &of_right, |b| factor.solve(b));
-            let of_left = self.derivative_times(value, &left, true);
-            left = inverse_step(&weight, &of_left, |b| factor.solve_transpose(b));
+            let right_rhs = self.derivative_times(value, &right, false);
+            right = inverse_step(&weight, &right_rhs, |b| factor.solve(b));
+            let left_rhs = self.derivative_times(value, &left, true);
+            left = inverse_step(&weight, &left_rhs, |b| factor.solve_transpose(b));
             let next = self.rayleigh(&left, &right, value);
             let change = (next - value).norm() / value.norm();
             if !change.is_finite() {
                 let message = format!("polishing λ = {value} 1/s left the range of doubles");
                 return Err(Error::new(Code::Overflow, message));
             }
-            // Rounding may hold λ at a few ε of change; an iteration that no longer shrinks has arrived.
+            // Rounding may limit the change of λ to a few ε; a change that no longer decreases has converged.
             last = if change < STAGNATION_TOLERANCE && change >= last {
                 0.0
             } else {
@@ -100,26 +100,26 @@ impl QuadraticEigenproblem {
         Err(Error::new(Code::NoConvergence, message))
     }
 
-    /// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`.
+    /// Relative condition number of the eigenvalue for componentwise perturbations: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`.
     pub fn condition(&self, root: &QuadraticEigenpair) -> f64 {
         let slope = self.derivative_times(root.value, &root.right, false);
-        let bottom: Complex = root
+        let denominator: Complex = root
             .left_vector
             .iter()
             .zip(&slope)
             .map(|(y, s)| y * s)
             .sum();
         let size = self.term_magnitudes(root.value, &root.right);
-        let top: f64 = root
+        let numerator: f64 = root
             .left_vector
             .iter()
             .zip(&size)
             .map(|(y, s)| y.norm() * s)
             .sum();
-        top / (root.value.norm() * bottom.norm())
+        numerator / (root.value.norm() * denominator.norm())
     }
 
-    /// `Q′(λ) x = (2λ J + C) x`, or with the transpose of Q.
+    /// Derivative `Q′(λ) x = (2λ J + C) x`, or that of the transpose of Q.
     pub fn derivative_times(
         &self,
         value: Complex,
@@ -157,7 +157,7 @@ impl QuadraticEigenproblem {
         }
     }
 
-    /// `|Q|(|λ|) |x|`: the sizes of the terms that each row sums.
+    /// Row sums of term magnitudes, `|Q|(|λ|) |x|`.
     fn term_magnitudes(&self, value: Complex, x: &[Complex]) -> Vec<f64> {
         let size = value.norm();
         let entry = |i: usize, j: usize| {
@@ -176,38 +176,38 @@ impl QuadraticEigenproblem {
 
     fn weights(&self, value: Complex) -> Vec<f64> {
         let size = value.norm();
-        let own = |i: usize| {
+        let weight = |i: usize| {
             let damped = size * self.damping[(i, i)].abs();
             let inertia = if i < self.n_inertial {
                 size * size
             } else {
                 0.0
             };
-            let own = inertia.max(damped).max(self.stiffness[(i, i)].abs());
-            if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+            let diag = inertia.max(damped).max(self.stiffness[(i, i)].abs());
+            if diag > 0.0 { 1.0 / diag.sqrt() } else { 1.0 }
         };
-        (0..self.len()).map(own).collect()
+        (0..self.len()).map(weight).collect()
     }
 
     /// LU factors of the scaled matrix; a pivot of exactly zero is avoided by shifting λ by ε.
     fn factorise(&self, value: Complex, weight: &[f64]) -> PartialPivLu<Complex> {
         let n = self.len();
-        let at = |value: Complex| {
+        let factor_at = |value: Complex| {
             let entry = |i: usize, j: usize| self.entry(value, i, j) * weight[i] * weight[j];
             let factor = ComplexMatrix::from_fn(n, n, entry).partial_piv_lu();
             registers::zero_upper();
             factor
         };
-        let factor = at(value);
+        let factor = factor_at(value);
         let is_singular = (0..n).any(|i| factor.U()[(i, i)].norm() == 0.0);
         if is_singular {
-            at(value * (1.0 + 4.0 * f64::EPSILON))
+            factor_at(value * (1.0 + 4.0 * f64::EPSILON))
         } else {
             factor
         }
     }
 
-    /// The root of `a λ² + b λ + c = 0` nearer to `near`, with `a = yᵀJx`, `b = yᵀCx`, `c = yᵀ(K + i sgn H)x`.
+    /// Rayleigh functional: the root of `a λ² + b λ + c = 0` nearer to `near`, with `a = yᵀJx`, `b = yᵀCx`, `c = yᵀ(K + i sgn H)x`.
     fn rayleigh(&self, y: &[Complex], x: &[Complex], near: Complex) -> Complex {
         let n = self.len();
         let form = |m: &Matrix| -> Complex {
@@ -233,18 +233,18 @@ impl QuadraticEigenproblem {
         }
     }
 
-    /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, the backward error of a pair.
+    /// Backward error of an eigenpair, `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`.
     pub fn residual(&self, value: Complex, x: &[Complex]) -> f64 {
         let weight = self.weights(value);
         let size = self.term_magnitudes(value, x);
-        let off = |i: usize| {
+        let row_residual = |i: usize| {
             (0..self.len())
                 .map(|j| self.entry(value, i, j) * x[j])
                 .sum::<Complex>()
                 .norm()
         };
         let worst = (0..self.len())
-            .map(|i| weight[i] * off(i))
+            .map(|i| weight[i] * row_residual(i))
             .fold(0.0, f64::max);
         let scale = (0..self.len())
             .map(|i| weight[i] * size[i])
@@ -253,7 +253,7 @@ impl QuadraticEigenproblem {
     }
 }
 
-const MAX_STEPS: usize = 20; // cubic near the end: 3 or 4 from a start with two digits
+const MAX_STEPS: usize = 20; // cubic convergence: 3 or 4 from a start with two correct digits
 const CONVERGENCE_TOLERANCE: f64 = 2.0 * f64::EPSILON;
 const STAGNATION_TOLERANCE: f64 = 1e-10; // relative change of λ below which cubic convergence is over in one step
 
@@ -265,7 +265,7 @@ fn sign(value: Complex) -> f64 {
     }
 }
 
-/// `D S⁻¹ D b`, of length one.
+/// Inverse iteration step `D S⁻¹ D b`, normalised to length one.
 fn inverse_step(
     weight: &[f64],
     b: &[Complex],
@@ -304,7 +304,7 @@ mod tests {
             .collect()
     }
 
-    /// Proportional damping: λ_i² + c_i λ_i + ω_i² = 0, whatever the others do; overdamped ones are real.
+    /// Proportional damping: λ_i² + c_i λ_i + ω_i² = 0 for every mode; overdamped eigenvalues are real.
     #[test]
     fn exact_proportional_damping() {
         let (squares, damping) = ([1e-6, 4.0, 9e14], [1e-5, 50.0, 6e4]);

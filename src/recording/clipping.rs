@@ -1,45 +1,45 @@
 //! Detection of clipped samples: flat tops of slow signals, excess counts at the limits of fast ones.
 
-/// So many equal samples at an extreme are a flat top.
+/// Minimum number of equal samples of a flat top.
 const MIN_FLAT_SAMPLES: usize = 3;
 
-/// A flat top is clipping where the signal came into it at a jump of so many steps of its own resolution.
+/// Minimum jump into a clipped flat top, in resolution steps of the signal.
 const MIN_JUMP_STEPS: f64 = 4.0;
 
-/// Windows that the range between the extremes is divided into, at most.
+/// Maximum number of histogram bins between the extremes.
 const MAX_BINS: f64 = 100.0;
 
-/// Steps of its resolution that a window holds, at least. Where a smooth wave turns, the last step holds at most half of what eight
-/// steps below it do: `√q` of `√(9q) − √q`; a flat one, `1 − x⁴`, 1.4 times as much.
+/// Minimum width of a bin, resolution steps. At the crest of a smooth wave the last step has at most half the samples of the eight
+/// steps below it: `√q` of `√(9q) − √q`; at a flat crest, `1 − x⁴`, 1.4 times as many.
 const MIN_STEPS_PER_BIN: f64 = 8.0;
 
-/// Windows below an extreme of which so many hold a sample: a signal sampled in step with itself repeats a few values, and the highest as
-/// often as the others.
+/// Number of bins below an extreme, and the minimum of them that are filled: a synchronously sampled signal repeats a few values, the
+/// highest as often as the others.
 const NEIGHBOUR_BINS: usize = 10;
 const MIN_FILLED_BINS: usize = 5;
 
-/// Those of them next to the extreme tell what to expect there.
+/// Number of bins next to the extreme that give the expected count there.
 const ADJACENT_BINS: usize = 2;
 
-/// A pile holds more than this many times what the fullest of these holds, is reached so often, and there are at least so many samples
-/// below.
+/// Minimum ratio of the count at a clipped extreme to the largest adjacent count, minimum number of visits, and minimum count in the
+/// bins below.
 const MIN_EXCESS_RATIO: f64 = 3.0;
 const MIN_VISITS: usize = 8;
 const MIN_SAMPLES_BELOW: usize = 10;
 
-/// More samples than this share on one level are a state of rest, and on both levels together a signal of two states.
+/// Maximum share of samples on one extreme (above: a state of rest) and on both (above: a two-level signal).
 const MAX_IDLE_SHARE: f64 = 0.4;
 const TWO_LEVEL_SHARE: f64 = 0.7;
 
-/// Counts of samples on the extremes of a channel and between them.
+/// Histogram of a channel with the counts at its extremes.
 pub struct ClippingDetector {
     range: (f64, f64),
     resolution: f64,
-    /// Samples.
+    /// Number of samples.
     count: usize,
-    /// At the low and the high extreme.
-    at: [LimitLevel; 2],
-    /// Samples between, in equal windows from low to high.
+    /// Low and high extreme.
+    limits: [LimitLevel; 2],
+    /// Counts in equal bins from low to high.
     bins: Vec<usize>,
     last: f64,
 }
@@ -48,37 +48,37 @@ pub struct ClippingDetector {
 struct LimitLevel {
     samples: usize,
     visits: usize,
-    /// Visits of [`MIN_FLAT_SAMPLES`] samples and more that came by a jump.
+    /// Visits of at least [`MIN_FLAT_SAMPLES`] samples after a jump.
     flat_tops: usize,
-    /// Length of the present visit, and the jump into it.
+    /// Length of the current visit, samples, and the jump into it.
     run: (usize, f64),
 }
 
 impl ClippingDetector {
-    /// Detector for a channel with this range and smallest step from one value to another.
+    /// Detector for a channel with its range and resolution.
     pub fn new(range: (f64, f64), resolution: f64) -> ClippingDetector {
         let width = range.1 - range.0;
-        let windows = (width / (MIN_STEPS_PER_BIN * resolution))
+        let n_bins = (width / (MIN_STEPS_PER_BIN * resolution))
             .min(MAX_BINS)
             .floor();
         ClippingDetector {
             range,
             resolution,
             count: 0,
-            at: [LimitLevel::default(); 2],
-            bins: vec![0; windows as usize],
+            limits: [LimitLevel::default(); 2],
+            bins: vec![0; n_bins as usize],
             last: f64::NAN,
         }
     }
 
-    /// Takes the next samples.
+    /// Adds the next samples.
     pub fn push(&mut self, samples: &[f64]) {
         let (low, high) = self.range;
-        let windows = self.bins.len();
-        let per_unit = windows as f64 / (high - low);
+        let n_bins = self.bins.len();
+        let per_unit = n_bins as f64 / (high - low);
         for &x in samples {
             self.count += 1;
-            for (extreme, level) in self.at.iter_mut().zip([low, high]) {
+            for (extreme, level) in self.limits.iter_mut().zip([low, high]) {
                 if x != level {
                     extreme.run = (0, 0.0);
                     continue;
@@ -94,16 +94,16 @@ impl ClippingDetector {
                         && extreme.run.1 > MIN_JUMP_STEPS * self.resolution,
                 );
             }
-            if windows > 0 && x > low && x < high {
-                self.bins[(((x - low) * per_unit) as usize).min(windows - 1)] += 1;
+            if n_bins > 0 && x > low && x < high {
+                self.bins[(((x - low) * per_unit) as usize).min(n_bins - 1)] += 1;
             }
             self.last = x;
         }
     }
 
-    /// Whether the samples at an extreme are more than those in the windows next to it, in order from it, lead to.
-    fn is_pile(&self, extreme: &LimitLevel, next: &mut dyn Iterator<Item = &usize>) -> bool {
-        let below: Vec<usize> = next.take(NEIGHBOUR_BINS).copied().collect();
+    /// True if the count at an extreme exceeds the trend of the bins next to it, in order from the extreme.
+    fn is_excess(&self, extreme: &LimitLevel, bins: &mut dyn Iterator<Item = &usize>) -> bool {
+        let below: Vec<usize> = bins.take(NEIGHBOUR_BINS).copied().collect();
         let filled = below.iter().filter(|&&n| n > 0).count();
         let fullest = below.iter().take(ADJACENT_BINS).copied().max().unwrap_or(0) as f64;
         extreme.visits >= MIN_VISITS
@@ -113,31 +113,31 @@ impl ClippingDetector {
     }
 }
 
-/// Number of clipped tops at both extremes, and the level of that with more of them; nothing where none is.
-pub fn clipped_tops(found: &ClippingDetector) -> Option<(usize, f64)> {
-    let both = clipping_by_side(found);
-    let count: usize = both.iter().flatten().map(|side| side.0).sum();
-    let more = both
+/// Number of clipped peaks at both extremes, and the level with more of them; `None` without clipping.
+pub fn clipped_tops(detector: &ClippingDetector) -> Option<(usize, f64)> {
+    let sides = clipping_by_side(detector);
+    let count: usize = sides.iter().flatten().map(|side| side.0).sum();
+    let fullest = sides
         .into_iter()
         .flatten()
         .reduce(|a, b| if a.0 > b.0 { a } else { b });
-    more.map(|(_, level)| (count, level))
+    fullest.map(|(_, level)| (count, level))
 }
 
-/// The same of the low and of the high extreme.
-pub fn clipping_by_side(found: &ClippingDetector) -> [Option<(usize, f64)>; 2] {
-    let [low, high] = &found.at;
-    let share = |extreme: &LimitLevel| extreme.samples as f64 / found.count.max(1) as f64;
+/// Number of clipped peaks and level at the low and at the high extreme.
+pub fn clipping_by_side(counts: &ClippingDetector) -> [Option<(usize, f64)>; 2] {
+    let [low, high] = &counts.limits;
+    let share = |extreme: &LimitLevel| extreme.samples as f64 / counts.count.max(1) as f64;
     if share(low) + share(high) > TWO_LEVEL_SHARE {
         return [None, None];
     }
-    let tops = |extreme: &LimitLevel, next: &mut dyn Iterator<Item = &usize>| match () {
+    let tops = |extreme: &LimitLevel, bins: &mut dyn Iterator<Item = &usize>| match () {
         () if share(extreme) > MAX_IDLE_SHARE => 0,
-        () if found.is_pile(extreme, next) => extreme.visits,
+        () if counts.is_excess(extreme, bins) => extreme.visits,
         () => extreme.flat_tops,
     };
-    let low = (tops(low, &mut found.bins.iter()), found.range.0);
-    let high = (tops(high, &mut found.bins.iter().rev()), found.range.1);
+    let low = (tops(low, &mut counts.bins.iter()), counts.range.0);
+    let high = (tops(high, &mut counts.bins.iter().rev()), counts.range.1);
     [low, high].map(|side| Some(side).filter(|s| s.0 > 0))
 }
 
@@ -179,20 +179,20 @@ mod tests {
         assert_eq!(clipping_with_resolution(coarse, 0.02), None);
     }
 
-    /// Eight samples a period, one or two of them on the limit at a time: clipped by its pile, at both limits the same.
+    /// Eight samples a period, one or two of them on the limit at a time: clipped by the excess count, at both limits alike.
     #[test]
     fn exact_fast() {
         for (gain, bits) in [(1.1, 1e-3), (1.25, 1e-6), (2.0, 1.0 / 128.0)] {
             let cut = sine(4000, 8.13).map(|x| (gain * x).clamp(-1.0, 1.0));
-            let found = clipping_with_resolution(cut, bits).unwrap();
-            assert!((900..=986).contains(&found.0), "gain {gain}: {found:?}");
-            assert_eq!(found.1.abs(), 1.0);
+            let clipped = clipping_with_resolution(cut, bits).unwrap();
+            assert!((900..=986).contains(&clipped.0), "gain {gain}: {clipped:?}");
+            assert_eq!(clipped.1.abs(), 1.0);
         }
         // Noise cut at two deviations on one side: one sample in fifty.
-        let found = clipping_with_resolution(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
+        let clipped = clipping_with_resolution(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
         assert!(
-            (1900..2500).contains(&found.0) && found.1 == 2.0,
-            "{found:?}"
+            (1900..2500).contains(&clipped.0) && clipped.1 == 2.0,
+            "{clipped:?}"
         );
     }
 
@@ -201,9 +201,9 @@ mod tests {
     fn exact_unclipped() {
         for per_period in [8.0, 16.0, 50.0, 8.001, 8.13, 4.0, 3.0, 40.3] {
             for resolution in [1e-9, 1e-4, 0.01, 0.03, 0.3, 0.7] {
-                let found = clipping_with_resolution(sine(16_000, per_period), resolution);
+                let clipped = clipping_with_resolution(sine(16_000, per_period), resolution);
                 assert_eq!(
-                    found, None,
+                    clipped, None,
                     "{per_period} a period in steps of {resolution}"
                 );
             }

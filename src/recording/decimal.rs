@@ -1,24 +1,24 @@
-//! Decimal numbers at the front of a text, to the nearest double.
+//! Parser of decimal numbers, correctly rounded to double precision.
 //!
 //! A number `± m · 10ᵉ` with `m < 2⁵³` and `|e| ≤ 22` takes one multiplication or division of two exact doubles, which rounds once
 //! (Clinger 1990, “How to read floating point numbers accurately”, section 3); all others go to fast_float2.
 
-/// The longest number with another mark than the point, bytes.
+/// Maximum length of a number with a decimal comma, bytes.
 const MAX_LEN: usize = 64;
 
-/// The most digits of which a `u64` holds all numbers.
+/// Maximum number of digits that always fit a `u64`.
 const MAX_DIGITS: usize = 19;
 
-/// Integers below are doubles.
+/// Upper limit of the integers that doubles represent exactly.
 const EXACT_INTEGERS: u64 = 1 << f64::MANTISSA_DIGITS;
 
-/// The powers of ten that are doubles.
+/// Powers of ten that doubles represent exactly.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// `10ⁿ`; read from a table where it is a double or the reciprocal of one.
+/// `10ⁿ`, from a table for `|n| ≤ 22`.
 pub fn power_of_ten(n: i32) -> f64 {
     match POWERS.get(n.unsigned_abs() as usize) {
         Some(power) if n >= 0 => *power,
@@ -37,7 +37,7 @@ pub struct Decimal {
 }
 
 impl Decimal {
-    /// The number that a text begins with and the bytes it takes; `None` where there is none, or one of more than 19 digits.
+    /// Scans a number at the start of a text: the number and its length, bytes; `None` without a number or above 19 digits.
     #[inline(always)]
     pub fn scan(text: &[u8], mark: u8) -> Option<(Decimal, usize)> {
         let first = *text.first()?;
@@ -47,15 +47,15 @@ impl Decimal {
         let short = body
             .first_chunk()
             .and_then(|front| short_mantissa(*front, mark));
-        let (digits, after, length) = match short {
-            Some(found) => found,
+        let (digits, n_decimals, length) = match short {
+            Some(mantissa) => mantissa,
             None => long_mantissa(body, mark)?,
         };
         let mut end = sign + length;
         let mut decimal = Decimal {
             is_negative,
             digits,
-            exponent: -(after as i32),
+            exponent: -(n_decimals as i32),
             has_exponent: false,
         };
         if let Some(b'e' | b'E') = text.get(end)
@@ -68,8 +68,8 @@ impl Decimal {
         Some((decimal, end))
     }
 
-    /// The number as a whole number of units of its last digit, and how many digits follow the mark; `None` with an exponent or beyond
-    /// the range of whole numbers.
+    /// Fixed-point form: integer in units of the last digit, and number of decimals; `None` with an exponent or beyond the range of
+    /// `i64`.
     #[inline]
     pub fn fixed_point(self) -> Option<(i64, i32)> {
         const MAX_DECIMALS: i32 = 18;
@@ -81,7 +81,7 @@ impl Decimal {
         ))
     }
 
-    /// The nearest double, where one operation gives it.
+    /// The nearest double, if one rounded operation gives it.
     #[inline(always)]
     fn value(self) -> Option<f64> {
         if self.digits >= EXACT_INTEGERS {
@@ -99,7 +99,7 @@ impl Decimal {
     }
 }
 
-/// The number that a text begins with, decimal mark `mark`, and the bytes it takes; `nan` and `inf` are numbers.
+/// Parses a number at the start of a text with decimal mark `mark`: value and length, bytes; `nan` and `inf` are numbers.
 #[inline]
 pub fn parse_prefix(text: &[u8], mark: u8) -> Option<(f64, usize)> {
     match Decimal::scan(text, mark) {
@@ -111,21 +111,21 @@ pub fn parse_prefix(text: &[u8], mark: u8) -> Option<(f64, usize)> {
     }
 }
 
-/// The number that fills a text.
+/// Parses a text that is one number.
 pub fn parse(text: &[u8], mark: u8) -> Option<f64> {
     let (value, length) = parse_prefix(text, mark)?;
     (length == text.len()).then_some(value)
 }
 
-/// As [`parse_prefix`], for numbers of any size.
+/// Parses a number of any length as [`parse_prefix`].
 #[cold]
 fn parse_long(text: &[u8], mark: u8) -> Option<(f64, usize)> {
     if mark == b'.' {
         return fast_float2::parse_partial(text).ok();
     }
     let mut with_point = [0; MAX_LEN];
-    for (to, &byte) in with_point.iter_mut().zip(text) {
-        *to = match byte {
+    for (target, &byte) in with_point.iter_mut().zip(text) {
+        *target = match byte {
             b'.' => 0,
             byte if byte == mark => b'.',
             byte => byte,
@@ -134,63 +134,63 @@ fn parse_long(text: &[u8], mark: u8) -> Option<(f64, usize)> {
     fast_float2::parse_partial(&with_point[..text.len().min(MAX_LEN)]).ok()
 }
 
-/// Digits with a mark among them at the front of sixteen bytes: their number, how many follow the mark, and the bytes they take; `None`
-/// where they may go on behind these bytes.
+/// Mantissa within the first sixteen bytes: its digits as an integer, number of decimals, and length, bytes; `None` if it may be
+/// longer.
 #[inline(always)]
 fn short_mantissa(front: [u8; 16], mark: u8) -> Option<(u64, usize, usize)> {
-    let each = |byte: u8| u128::from_le_bytes([byte; 16]);
-    let top = each(0x80);
+    let repeated = |byte: u8| u128::from_le_bytes([byte; 16]);
+    let top_bits = repeated(0x80);
     let bytes = u128::from_le_bytes(front);
-    // A byte is below 10 where it was a digit; adding 118 sets the top bit of all others up to the first of them.
-    let values = bytes ^ each(b'0');
-    let others = (values.wrapping_add(each(118)) | values) & top;
-    let first = others & others.wrapping_neg();
+    // A digit gives a byte below 10; adding 118 sets the top bit of all others up to the first of them.
+    let values = bytes ^ repeated(b'0');
+    let non_digits = (values.wrapping_add(repeated(118)) | values) & top_bits;
+    let first_non_digit = non_digits & non_digits.wrapping_neg();
     // Adding 127 leaves the top bit of the marks alone unset.
-    let no_marks = (bytes ^ each(mark)).wrapping_add(each(127)) | (bytes ^ each(mark));
-    let at_mark = first & !no_marks;
-    let rest = others ^ at_mark;
-    if rest == 0 {
+    let no_marks = (bytes ^ repeated(mark)).wrapping_add(repeated(127)) | (bytes ^ repeated(mark));
+    let mark_bit = first_non_digit & !no_marks;
+    let ends = non_digits ^ mark_bit;
+    if ends == 0 {
         return None;
     }
-    let length = rest.trailing_zeros() as usize / 8;
-    let has_mark = usize::from(at_mark != 0);
-    let count = length - has_mark;
-    if count == 0 {
+    let length = ends.trailing_zeros() as usize / 8;
+    let has_mark = usize::from(mark_bit != 0);
+    let n_digits = length - has_mark;
+    if n_digits == 0 {
         return None;
     }
-    let whole = first.trailing_zeros() as usize / 8;
-    let before = (first >> 7).wrapping_sub(1);
-    let joined = match at_mark {
+    let n_integer = first_non_digit.trailing_zeros() as usize / 8;
+    let integer_mask = (first_non_digit >> 7).wrapping_sub(1);
+    let joined = match mark_bit {
         0 => values,
-        _ => (values & before) | ((values >> 8) & !before),
+        _ => (values & integer_mask) | ((values >> 8) & !integer_mask),
     };
-    let digits = joined << (128 - 8 * count);
+    let digits = joined << (128 - 8 * n_digits);
     let number = 100_000_000 * eight_digits(digits as u64) + eight_digits((digits >> 64) as u64);
-    Some((number, count - whole, length))
+    Some((number, n_digits - n_integer, length))
 }
 
-/// As [`short_mantissa`], of any length; `None` without a digit or with more than [`MAX_DIGITS`].
+/// Mantissa of any length as [`short_mantissa`]; `None` without a digit or above [`MAX_DIGITS`].
 #[cold]
 fn long_mantissa(text: &[u8], mark: u8) -> Option<(u64, usize, usize)> {
-    let (mut digits, mut count, mut marked_at) = (0_u64, 0, None);
+    let (mut digits, mut count, mut mark_position) = (0_u64, 0, None);
     for &byte in text {
         match byte {
             b'0'..=b'9' => {
                 digits = digits.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
                 count += 1;
             }
-            byte if byte == mark && marked_at.is_none() => marked_at = Some(count),
+            byte if byte == mark && mark_position.is_none() => mark_position = Some(count),
             _ => break,
         }
     }
-    let after = count - marked_at.unwrap_or(count);
-    let length = count + usize::from(marked_at.is_some());
+    let n_decimals = count - mark_position.unwrap_or(count);
+    let length = count + usize::from(mark_position.is_some());
     (1..=MAX_DIGITS)
         .contains(&count)
-        .then_some((digits, after, length))
+        .then_some((digits, n_decimals, length))
 }
 
-/// The number of eight digits, the first in the lowest byte: pairs, then fours, then both (Lemire 2021, “Number parsing at a gigabyte
+/// Value of eight digits, the first in the lowest byte: pairs, fours, then both (Lemire 2021, “Number parsing at a gigabyte
 /// per second”, Software: Practice and Experience 51, section 7).
 #[inline(always)]
 fn eight_digits(bytes: u64) -> u64 {
@@ -201,7 +201,7 @@ fn eight_digits(bytes: u64) -> u64 {
     high.wrapping_add(low) >> 32
 }
 
-/// An exponent behind its letter and the bytes it takes.
+/// Exponent after its letter, and its length, bytes.
 fn exponent(text: &[u8]) -> Option<(i32, usize)> {
     const MAX_EXPONENT_DIGITS: usize = 5;
     let first = *text.first()?;
@@ -221,18 +221,18 @@ fn exponent(text: &[u8]) -> Option<(i32, usize)> {
 mod tests {
     use super::*;
 
-    /// A random number as loggers write them, mostly; the other cases have digits and exponents of any size.
+    /// Random number, mainly in the format of data loggers, else of any number of digits and exponent.
     fn write_random(random: &mut fastrand::Rng) -> String {
         let sign = ["", "", "-", "+"][random.usize(..4)];
-        let digits = |random: &mut fastrand::Rng, most: usize| -> String {
-            let count = random.usize(..=most);
+        let digits = |random: &mut fastrand::Rng, max_count: usize| -> String {
+            let count = random.usize(..=max_count);
             (0..count)
                 .map(|_| char::from(random.u8(b'0'..=b'9')))
                 .collect()
         };
-        let longest = if random.u8(..4) == 0 { 24 } else { 8 };
-        let whole = digits(random, longest);
-        let fraction = digits(random, longest);
+        let max_count = if random.u8(..4) == 0 { 24 } else { 8 };
+        let integer = digits(random, max_count);
+        let fraction = digits(random, max_count);
         let mark = if fraction.is_empty() && random.bool() {
             ""
         } else {
@@ -243,7 +243,7 @@ mod tests {
             1 => format!("E{:+04}", random.i32(-330..330)),
             _ => String::new(),
         };
-        format!("{sign}{whole}{mark}{fraction}{exponent}")
+        format!("{sign}{integer}{mark}{fraction}{exponent}")
     }
 
     fn check_random(count: usize, seed: u64) {
@@ -251,14 +251,14 @@ mod tests {
         let mut numbers = 0;
         for _ in 0..count {
             let text = write_random(&mut random);
-            let found = parse(text.as_bytes(), b'.');
+            let parsed = parse(text.as_bytes(), b'.');
             let Ok(value) = text.parse::<f64>() else {
-                assert_eq!(found, None, "{text}");
+                assert_eq!(parsed, None, "{text}");
                 continue;
             };
             numbers += 1;
-            assert_eq!(found.map(f64::to_bits), Some(value.to_bits()), "{text}");
-            // In a row, and with the other mark.
+            assert_eq!(parsed.map(f64::to_bits), Some(value.to_bits()), "{text}");
+            // Within a row, and with a decimal comma.
             let row = format!("{text},-1.5\n");
             let (in_row, length) = parse_prefix(row.as_bytes(), b'.').unwrap();
             assert_eq!(
@@ -277,7 +277,7 @@ mod tests {
         assert!(numbers > count / 2, "{numbers} of {count}");
     }
 
-    /// Numbers of every shape are those that the standard library reads, to the last bit.
+    /// Numbers of every form equal those of the standard library, to the last bit.
     #[test]
     fn exact_random_decimals() {
         check_random(20_000, 1);
@@ -289,7 +289,7 @@ mod tests {
         check_random(2_000_000, 2);
     }
 
-    /// The edges of the exact range, of doubles and of the notation.
+    /// Limits of the exact range, of doubles and of the notation.
     #[test]
     fn exact_decimals_at_the_edges() {
         for text in [
@@ -326,8 +326,8 @@ mod tests {
             "123456.7e+05",
         ] {
             let value: f64 = text.parse().unwrap();
-            let found = parse(text.as_bytes(), b'.').map(f64::to_bits);
-            assert_eq!(found, Some(value.to_bits()), "{text}");
+            let parsed = parse(text.as_bytes(), b'.').map(f64::to_bits);
+            assert_eq!(parsed, Some(value.to_bits()), "{text}");
         }
         for (text, value, length) in [
             ("1e", 1.0, 1),

@@ -1,95 +1,95 @@
-//! A Campbell diagram as JSON, as a table of crossings, and as what its plot shows.
+//! Campbell diagram as a plot and as the `campbell` block of a JSON document.
 
 use serde_json::{Value, json};
 
-use super::campbell_plot::{self, CampbellPlot};
+use super::campbell_plot::{self, CampbellPlot, PlottedBranch};
 use super::figure::PlotColumn;
 use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
 use crate::modes::excitation_orders::{ExcitationCause, ExcitationOrder, ExcitationSource};
 use crate::modes::whirl::Whirl;
 use crate::numeric::sorting::falling_order;
 
-/// Orders drawn: those whose parts take most part in the modes they meet.
-const ORDERS: usize = 12;
+/// Maximum number of order lines in the plot, by the largest participation at their crossings.
+const MAX_ORDERS: usize = 12;
 
-/// Branches drawn whole; of more, those above what the drawn orders reach are left out.
-const BRANCHES: usize = 16;
+/// Number of branches up to which all are plotted; of more, those above the highest plotted crossing are omitted.
+const FEW_BRANCHES: usize = 16;
 
-/// Crossings below this participation are not drawn on a crowded diagram.
+/// Minimum participation of a plotted crossing in a crowded diagram.
 const MIN_PARTICIPATION: f64 = 0.01;
 
-/// The plot. A large machine has more orders and modes than a plot can show: it shows those that matter, and the table and
-/// the JSON document hold all.
+/// Campbell plot of the orders of largest participation and the branches that they cross; table and JSON document contain all.
 ///
-/// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
-pub fn figure(found: &CampbellDiagram, n_rigid: usize, operating_rpm: Option<f64>) -> PlotColumn {
-    let orders = strongest_orders(found);
-    let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
-    let drawn = |c: &&OrderCrossing| {
-        orders.contains(&c.order) && (!crowded || c.participation >= MIN_PARTICIPATION)
+/// Mode numbers begin after the `n_rigid` rigid-body modes, in the order of the first speed.
+pub fn figure(diagram: &CampbellDiagram, n_rigid: usize, operating_rpm: Option<f64>) -> PlotColumn {
+    let orders = strongest_orders(diagram);
+    let is_crowded = diagram.orders.len() > MAX_ORDERS || diagram.branches.len() > FEW_BRANCHES;
+    let is_plotted = |c: &&OrderCrossing| {
+        orders.contains(&c.order) && (!is_crowded || c.participation >= MIN_PARTICIPATION)
     };
-    let crossings: Vec<&OrderCrossing> = found.crossings.iter().filter(drawn).collect();
-    let reach = crossings.iter().map(|c| c.frequency_hz).fold(0.0, f64::max);
-    let branches = (0..found.branches.len()).filter(|&k| {
-        let lowest = found.branches[k]
+    let crossings: Vec<&OrderCrossing> = diagram.crossings.iter().filter(is_plotted).collect();
+    let highest_hz = crossings.iter().map(|c| c.frequency_hz).fold(0.0, f64::max);
+    let branches = (0..diagram.branches.len()).filter(|&k| {
+        let lowest = diagram.branches[k]
             .frequency_hz
             .iter()
             .flatten()
             .copied()
             .fold(f64::INFINITY, f64::min);
-        found.branches.len() <= BRANCHES || reach == 0.0 || lowest <= 1.15 * reach
+        diagram.branches.len() <= FEW_BRANCHES || highest_hz == 0.0 || lowest <= 1.15 * highest_hz
     });
-    let branches: Vec<usize> = branches.take(2 * BRANCHES).collect();
+    let branches: Vec<usize> = branches.take(2 * FEW_BRANCHES).collect();
     let crossings = crossings
         .into_iter()
         .filter(|c| branches.contains(&c.branch));
+    let plotted = |&k: &usize| plotted_branch(diagram, k, n_rigid);
     campbell_plot::campbell_figure(&CampbellPlot {
-        shaft: found.reference.clone(),
-        speeds_rpm: found.speeds_rpm.clone(),
-        branches: branches.iter().map(|&k| line(found, k, n_rigid)).collect(),
+        shaft: diagram.reference.clone(),
+        speeds_rpm: diagram.speeds_rpm.clone(),
+        branches: branches.iter().map(plotted).collect(),
         orders: orders
             .iter()
-            .map(|&k| plot_order(&found.orders[k]))
+            .map(|&k| plotted_order(&diagram.orders[k]))
             .collect(),
-        crossings: crossings.map(plot_crossing).collect(),
+        crossings: crossings.map(plotted_crossing).collect(),
         operating_rpm,
     })
 }
 
-/// The orders to draw, by number.
-fn strongest_orders(found: &CampbellDiagram) -> Vec<usize> {
-    let mut strength = vec![0.0f64; found.orders.len()];
-    for c in &found.crossings {
+/// Indices of the plotted orders.
+fn strongest_orders(diagram: &CampbellDiagram) -> Vec<usize> {
+    let mut strength = vec![0.0f64; diagram.orders.len()];
+    for c in &diagram.crossings {
         strength[c.order] = strength[c.order].max(c.participation);
     }
     let mut order = falling_order(strength.iter().copied());
-    order.truncate(ORDERS);
-    order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= MIN_PARTICIPATION);
+    order.truncate(MAX_ORDERS);
+    order.retain(|&k| diagram.orders.len() <= MAX_ORDERS || strength[k] >= MIN_PARTICIPATION);
     order.sort_unstable();
     order
 }
 
-fn line(found: &CampbellDiagram, k: usize, n_rigid: usize) -> campbell_plot::PlottedBranch {
-    let whirl = found.branches[k].whirl.iter().rev().flatten().next();
-    campbell_plot::PlottedBranch {
+fn plotted_branch(diagram: &CampbellDiagram, k: usize, n_rigid: usize) -> PlottedBranch {
+    let whirl = diagram.branches[k].whirl.iter().rev().flatten().next();
+    PlottedBranch {
         label: format!("mode {}", k + 1 + n_rigid),
         whirl: match whirl {
             Some(Whirl::Forward) => campbell_plot::PlottedWhirl::Forward,
             Some(Whirl::Backward) => campbell_plot::PlottedWhirl::Backward,
             _ => campbell_plot::PlottedWhirl::None,
         },
-        frequencies_hz: found.branches[k].frequency_hz.clone(),
+        frequencies_hz: diagram.branches[k].frequency_hz.clone(),
     }
 }
 
-fn plot_order(order: &ExcitationOrder) -> campbell_plot::PlottedOrder {
+fn plotted_order(order: &ExcitationOrder) -> campbell_plot::PlottedOrder {
     campbell_plot::PlottedOrder {
         label: order_label(order),
         order: order.value,
     }
 }
 
-fn plot_crossing(c: &OrderCrossing) -> campbell_plot::PlottedCrossing {
+fn plotted_crossing(c: &OrderCrossing) -> campbell_plot::PlottedCrossing {
     campbell_plot::PlottedCrossing {
         speed_rpm: c.speed_rpm,
         frequency_hz: c.frequency_hz,
@@ -97,29 +97,29 @@ fn plot_crossing(c: &OrderCrossing) -> campbell_plot::PlottedCrossing {
     }
 }
 
-/// Excitation sources of an order: `wheel mesh`, `pinion, wheel`.
+/// Label of an order by its excitation sources: `wheel mesh`, `pinion, wheel`.
 pub fn order_label(order: &ExcitationOrder) -> String {
-    let mut words: Vec<String> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     for source in &order.sources {
-        let word = match source.cause {
+        let name = match source.cause {
             ExcitationCause::Mesh => format!("{} mesh", source.element),
             ExcitationCause::Rotation => source.member.clone(),
         };
-        if !words.contains(&word) {
-            words.push(word);
+        if !names.contains(&name) {
+            names.push(name);
         }
     }
-    words.join(", ")
+    names.join(", ")
 }
 
-/// The diagram as the `campbell` block of a document.
-pub fn json(found: &CampbellDiagram) -> Value {
-    let branch = |line: &CampbellBranch| {
+/// Campbell diagram as the `campbell` block of a JSON document.
+pub fn json(diagram: &CampbellDiagram) -> Value {
+    let branch = |b: &CampbellBranch| {
         json!({
-            "frequency_hz": line.frequency_hz,
-            "damping_ratio": line.damping_ratio,
-            "whirl": line.whirl.iter().map(|w| w.map(Whirl::name)).collect::<Vec<_>>(),
-            "uncertain_rpm": line.uncertain_rpm,
+            "frequency_hz": b.frequency_hz,
+            "damping_ratio": b.damping_ratio,
+            "whirl": b.whirl.iter().map(|w| w.map(Whirl::name)).collect::<Vec<_>>(),
+            "uncertain_rpm": b.uncertain_rpm,
         })
     };
     let order = |order: &ExcitationOrder| {
@@ -140,18 +140,18 @@ pub fn json(found: &CampbellDiagram) -> Value {
         json!({
             "speed_rpm": c.speed_rpm,
             "frequency_hz": c.frequency_hz,
-            "order": found.orders[c.order].fraction,
+            "order": diagram.orders[c.order].fraction,
             "branch": c.branch + 1,
             "participation": c.participation,
         })
     };
     json!({
-        "reference": found.reference,
-        "speeds_rpm": found.speeds_rpm,
-        "depends_on_speed": !found.is_constant,
-        "solutions": found.n_solves,
-        "branches": found.branches.iter().map(branch).collect::<Vec<_>>(),
-        "orders": found.orders.iter().map(order).collect::<Vec<_>>(),
-        "crossings": found.crossings.iter().map(crossing).collect::<Vec<_>>(),
+        "reference": diagram.reference,
+        "speeds_rpm": diagram.speeds_rpm,
+        "depends_on_speed": !diagram.is_constant,
+        "solutions": diagram.n_solves,
+        "branches": diagram.branches.iter().map(branch).collect::<Vec<_>>(),
+        "orders": diagram.orders.iter().map(order).collect::<Vec<_>>(),
+        "crossings": diagram.crossings.iter().map(crossing).collect::<Vec<_>>(),
     })
 }

@@ -1,88 +1,88 @@
-//! Campbell plot: frequencies over speed, order lines `f = order · n / 60`, crossings as circles.
+//! Campbell plot: natural frequencies over speed, order lines `f = order · n / 60`, crossings as circles.
 
 use super::figure::{
     Axis, BLACK_INK, Curve, GREY_INK, Guide, Ink, Mark, NamePlacement, Plot, PlotColumn,
 };
 use super::svg::{LineStyle, significant, truncate_label};
 
-/// Whirl of a mode as plotted.
+/// Sense of whirl of a plotted branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlottedWhirl {
-    /// It runs round with the shaft.
+    /// Forward whirl: orbits in the sense of rotation of the shaft.
     Forward,
-    /// It runs round against the shaft.
+    /// Backward whirl: orbits against the sense of rotation.
     Backward,
-    /// No whirl of one sense: torsion, motion in a plane, or nodes that whirl both ways.
+    /// No single sense of whirl: torsional, planar or mixed motion.
     None,
 }
 
-/// One mode followed over speed.
+/// Branch of a mode over speed.
 #[derive(Debug, Clone)]
 pub struct PlottedBranch {
     /// Label at the end of the curve.
     pub label: String,
-    /// Whirl, which selects the line style.
+    /// Sense of whirl, which selects the line style.
     pub whirl: PlottedWhirl,
-    /// Natural frequency at each speed, Hz; `None` where it was not followed.
+    /// Natural frequency at each speed, Hz; `None` at speeds where the mode is not oscillatory.
     pub frequencies_hz: Vec<Option<f64>>,
 }
 
-/// One order of excitation.
+/// Order line of an excitation.
 #[derive(Debug, Clone)]
 pub struct PlottedOrder {
     /// Label of the excitation.
     pub label: String,
-    /// Excitations per turn of the shaft whose speed is on the axis.
+    /// Cycles per revolution of the reference shaft.
     pub order: f64,
 }
 
-/// Crossing of an order and a mode.
+/// Crossing of an order line and a branch.
 #[derive(Debug, Clone, Copy)]
 pub struct PlottedCrossing {
-    /// Speed, rpm.
+    /// Reference speed, rpm.
     pub speed_rpm: f64,
-    /// Frequency, Hz.
+    /// Natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Participation of the excited part in the mode, 0 to 1.
+    /// Participation of the mode in the order, 0 to 1.
     pub participation: f64,
 }
 
-/// Everything a Campbell diagram shows.
+/// Data of a Campbell plot.
 #[derive(Debug, Clone, Default)]
 pub struct CampbellPlot {
-    /// Whose speed is on the axis.
+    /// Name of the reference shaft.
     pub shaft: String,
-    /// Speeds, rpm, rising.
+    /// Reference speeds, rpm, in increasing order.
     pub speeds_rpm: Vec<f64>,
-    /// Modes.
+    /// Branches of the modes.
     pub branches: Vec<PlottedBranch>,
-    /// Orders.
+    /// Order lines.
     pub orders: Vec<PlottedOrder>,
-    /// Crossings.
+    /// Crossings of order lines with branches.
     pub crossings: Vec<PlottedCrossing>,
-    /// Operating speed, rpm, where the file states one.
+    /// Operating speed, rpm; `None` where the file gives none.
     pub operating_rpm: Option<f64>,
 }
 
 const MAX_NAME_LEN: usize = 30;
 
-/// The figure of a Campbell diagram.
+/// Figure of a Campbell plot on linear axes.
 pub fn campbell_figure(diagram: &CampbellPlot) -> PlotColumn {
     let (first, last) = diagram.speed_range();
     let highest = diagram.highest();
-    let across = match diagram.shaft.as_str() {
+    let speed_label = match diagram.shaft.as_str() {
         "" => "speed, rpm".to_string(),
         shaft => format!("speed of {}, rpm", truncate_label(shaft, MAX_NAME_LEN)),
     };
     let orders = diagram.orders.iter().filter(|o| o.order > 0.0);
-    let rays = orders
+    let orders = orders
         .filter(|o| o.frequency_at(first) < highest)
         .map(|order| {
-            // An order that leaves the range ends at its upper edge.
+            // An order line ends at the upper limit of the frequency axis.
             let end = last.min(60.0 * highest / order.order);
             let y = [first, end].map(|speed| order.frequency_at(speed).min(highest));
             let mark = Mark::Line(0.7, LineStyle::Solid);
-            Curve::new(order.text(), GREY_INK, mark, vec![first, end], y.to_vec())
+            Curve::new(order.name(), GREY_INK, mark, vec![first, end], y.to_vec())
         });
     let branch = |branch: &PlottedBranch| {
         let (ink, style, _) = whirl_style(branch.whirl);
@@ -100,7 +100,7 @@ pub fn campbell_figure(diagram: &CampbellPlot) -> PlotColumn {
     let empty = diagram.speeds_rpm.is_empty() || diagram.branches.is_empty();
     let mut curves: Vec<Curve> = Vec::new();
     if !empty {
-        curves = rays.chain(diagram.branches.iter().map(branch)).collect();
+        curves = orders.chain(diagram.branches.iter().map(branch)).collect();
         curves.push(diagram.rings());
     }
     let has = |whirl| diagram.branches.iter().any(|b| b.whirl == whirl);
@@ -136,7 +136,7 @@ pub fn campbell_figure(diagram: &CampbellPlot) -> PlotColumn {
         names: NamePlacement::AtEnd,
         empty: "no modes",
         ..Plot::new(
-            Axis::linear(across).over(first, if last > first { last } else { first + 1.0 }),
+            Axis::linear(speed_label).over(first, if last > first { last } else { first + 1.0 }),
             Axis::linear("frequency, Hz").over(0.0, highest),
         )
     };
@@ -146,7 +146,7 @@ pub fn campbell_figure(diagram: &CampbellPlot) -> PlotColumn {
     }
 }
 
-/// Line of a kind of whirl, and the words of the key.
+/// Colour, line style and legend text of a sense of whirl.
 fn whirl_style(whirl: PlottedWhirl) -> (Ink, LineStyle, &'static str) {
     match whirl {
         PlottedWhirl::Forward => (Ink::Series(0), LineStyle::Solid, "blue: forward whirl"),
@@ -160,7 +160,7 @@ fn whirl_style(whirl: PlottedWhirl) -> (Ink, LineStyle, &'static str) {
 }
 
 impl PlottedOrder {
-    fn text(&self) -> String {
+    fn name(&self) -> String {
         let order = significant(self.order, 5);
         let order = match order.contains('.') {
             true => order.trim_end_matches('0').trim_end_matches('.'),
@@ -183,7 +183,7 @@ impl CampbellPlot {
         (first, self.speeds_rpm.last().copied().unwrap_or(1.0))
     }
 
-    /// The upper end of the frequency axis.
+    /// Upper limit of the frequency axis, Hz.
     fn highest(&self) -> f64 {
         let all = self.branches.iter().flat_map(|b| &b.frequencies_hz);
         let largest = all
@@ -194,11 +194,11 @@ impl CampbellPlot {
         if largest > 0.0 { 1.06 * largest } else { 1.0 }
     }
 
-    /// Crossings inside the range as rings.
+    /// Crossings on the frequency axis as rings.
     fn rings(&self) -> Curve {
         let highest = self.highest();
-        let inside = |c: &&PlottedCrossing| (0.0..=highest).contains(&c.frequency_hz);
-        let all: Vec<&PlottedCrossing> = self.crossings.iter().filter(inside).collect();
+        let is_on_axis = |c: &&PlottedCrossing| (0.0..=highest).contains(&c.frequency_hz);
+        let all: Vec<&PlottedCrossing> = self.crossings.iter().filter(is_on_axis).collect();
         Curve {
             radii: all.iter().map(|c| ring_size(c.participation)).collect(),
             along: Some((
@@ -216,14 +216,14 @@ impl CampbellPlot {
     }
 }
 
-/// Radius of a crossing's ring: its area follows the participation.
+/// Radius of the ring of a crossing; the area increases with the participation.
 fn ring_size(participation: f64) -> f64 {
     const MIN_RADIUS: f64 = 1.8;
     const MAX_RADIUS: f64 = 8.0;
-    let part = if participation.is_finite() {
+    let share = if participation.is_finite() {
         participation.clamp(0.0, 1.0)
     } else {
         0.0
     };
-    MIN_RADIUS + (MAX_RADIUS - MIN_RADIUS) * part.sqrt()
+    MIN_RADIUS + (MAX_RADIUS - MIN_RADIUS) * share.sqrt()
 }

@@ -1,4 +1,4 @@
-//! Figures as data: plots with axes, curves, maps and labels, from which SVG files and pages are drawn.
+//! Figure data of SVG files and HTML pages: plots with axes, curves, maps and labels.
 
 use super::axes::linear_range;
 use super::number_format::scaled_label;
@@ -7,12 +7,12 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::statistics::extremes;
 
-/// One of the figures of a result.
+/// Figure of a result.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// The end of its file's name, behind a hyphen; empty for the first.
+    /// File-name suffix after a hyphen; empty for the first figure.
     pub suffix: &'static str,
-    /// Plots or a drawing.
+    /// Plots, or a drawing as SVG.
     pub content: FigureContent,
 }
 
@@ -21,7 +21,7 @@ pub struct Figure {
 pub enum FigureContent {
     /// Plots one below the other.
     Plots(PlotColumn),
-    /// A drawing without axes of its own, as SVG: schematics, polar charts, teeth.
+    /// Drawing without plot axes, as SVG: schematics, polar charts, teeth.
     Drawing(String),
 }
 
@@ -38,19 +38,19 @@ impl From<String> for FigureContent {
 }
 
 impl Figure {
-    /// The first figure.
+    /// First figure of a result.
     pub fn first(content: impl Into<FigureContent>) -> Figure {
         Figure::new("", content)
     }
 
-    /// A further figure.
+    /// Further figure with a file-name suffix.
     pub fn new(suffix: &'static str, content: impl Into<FigureContent>) -> Figure {
         let content = content.into();
         Figure { suffix, content }
     }
 }
 
-/// Axis of the first figure that a user wants logarithmic.
+/// Axis that a user requests as logarithmic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogAxis {
     /// Abscissa.
@@ -62,7 +62,7 @@ pub enum LogAxis {
 /// Makes an axis of the first figure logarithmic: the abscissa of all its plots, or the ordinate of its first plot.
 ///
 /// # Errors
-/// `conflict` where the figure has no axes or a map, or the axis holds a value that is not above zero.
+/// `conflict` where the figure has no axes or a map, or a value of the axis is not positive.
 pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figure>, Error> {
     let refuse =
         |message: String, hint: &str| Err(Error::new(Code::Conflict, message).with_hint(hint));
@@ -79,28 +79,28 @@ pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figu
             let message = "a map and a plot of equal scales keep linear axes";
             return refuse(message.into(), "leave --log out");
         }
-        let of_axis = |curve: &Curve| -> Vec<f64> {
+        let axis_values = |curve: &Curve| -> Vec<f64> {
             match axis {
                 LogAxis::X => curve.x.clone(),
                 LogAxis::Y => {
-                    let ends = curve.interval.iter().flat_map(|i| [i.0, i.1]);
-                    curve.y.iter().copied().chain(ends).collect()
+                    let limits = curve.interval.iter().flat_map(|i| [i.0, i.1]);
+                    curve.y.iter().copied().chain(limits).collect()
                 }
             }
         };
-        let least = plot
+        let lowest = plot
             .curves
             .iter()
-            .flat_map(of_axis)
+            .flat_map(axis_values)
             .filter(|v| v.is_finite());
-        let least = least.fold(f64::INFINITY, f64::min);
+        let lowest = lowest.fold(f64::INFINITY, f64::min);
         let scale = match axis {
             LogAxis::X => &mut plot.x,
             LogAxis::Y => &mut plot.y,
         };
-        if least <= 0.0 {
+        if lowest <= 0.0 {
             let message = format!(
-                "--log: the axis \"{}\" holds {least}, which has no logarithm",
+                "--log: the axis \"{}\" holds {lowest}, which has no logarithm",
                 scale.label
             );
             return refuse(
@@ -120,35 +120,35 @@ pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figu
 pub struct PlotColumn {
     /// Title of the figure.
     pub title: String,
-    /// Note on marks, or on curves not shown; empty for none.
+    /// Note on marks or on omitted curves; empty for none.
     pub note: String,
-    /// The plots share their abscissa: its numbers are shown below the last, and all zoom together.
+    /// True for a common abscissa: numbers only below the last plot, joint zoom.
     pub linked: bool,
-    /// Events on the common abscissa, marked at the foot of every plot; one row a kind.
+    /// Events on the common abscissa, marked at the foot of every plot, one row per kind.
     pub events: Vec<EventMarks>,
-    /// The plots from top to bottom.
+    /// Plots from top to bottom.
     pub plots: Vec<Plot>,
 }
 
 /// Events of one kind.
 #[derive(Debug, Clone, Default)]
 pub struct EventMarks {
-    /// Kind.
+    /// Kind of the events.
     pub kind: String,
-    /// Name in the key: the kind with its number.
+    /// Key entry: kind and number of events.
     pub name: String,
-    /// Colour.
+    /// Index of the colour.
     pub ink: usize,
-    /// Abscissae, rising.
+    /// Abscissae, ascending.
     pub x: Vec<f64>,
-    /// Names of what an event can belong to.
+    /// Names of the event sources.
     pub sources: Vec<String>,
     /// Index of the source of each event.
     pub source: Vec<usize>,
 }
 
 impl PlotColumn {
-    /// A figure of one plot.
+    /// Figure of one plot.
     pub fn one(title: impl Into<String>, plot: Plot) -> PlotColumn {
         PlotColumn {
             title: title.into(),
@@ -159,7 +159,7 @@ impl PlotColumn {
 }
 
 impl PlotColumn {
-    /// One plot of lines in the order of colours, named in the key: name, abscissae, ordinates.
+    /// Figure of one plot with lines in the order of colours: name, abscissae, ordinates.
     pub fn of_lines(
         title: &str,
         (x, y): (Axis, Axis),
@@ -178,7 +178,7 @@ impl PlotColumn {
     }
 }
 
-/// A line over a period of equal steps from its first value to the same at the end.
+/// Closes a periodic line of equal steps: its first value is repeated at the end of the period.
 pub fn closed(mut x: Vec<f64>, mut y: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     if let ([first, .., last], [value, ..]) = (&x[..], &y[..]) {
         let end = last + (last - first) / (x.len() - 1) as f64;
@@ -191,39 +191,39 @@ pub fn closed(mut x: Vec<f64>, mut y: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
 /// Height of a single plot, points.
 pub const PLOT_HEIGHT: f64 = 420.0;
 
-/// One pair of axes and what it holds.
+/// Plot: a pair of axes with curves, guides, bands, labels and a level map.
 #[derive(Debug, Clone)]
 pub struct Plot {
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Height in points.
+    /// Height, points.
     pub height: f64,
-    /// A unit has the same length on both axes.
+    /// True for equal scales of both axes.
     pub equal_scales: bool,
-    /// Heading of this plot; empty for none.
+    /// Heading of the plot; empty for none.
     pub heading: String,
-    /// Ranges of the abscissa that are shaded.
+    /// Shaded ranges of the abscissa.
     pub bands: Vec<Band>,
-    /// Levels by colour, behind the curves.
+    /// Level map behind the curves.
     pub map: Option<LevelMap>,
-    /// Dotted lines at values of one axis.
+    /// Guide lines at values of one axis.
     pub guides: Vec<Guide>,
-    /// Curves, the first drawn first.
+    /// Curves in drawing order.
     pub curves: Vec<Curve>,
-    /// Place of the names of curves.
+    /// Position of the curve names.
     pub names: NamePlacement,
-    /// Named points, the most important first; the SVG file names as many as have room.
+    /// Point labels by priority; an SVG file shows those with sufficient room.
     pub labels: Vec<PointLabel>,
-    /// Names of points are written upright.
+    /// True for vertical point labels.
     pub upright_labels: bool,
-    /// Text in place of a plot without a finite value.
+    /// Text of a plot without finite values.
     pub empty: &'static str,
 }
 
 impl Plot {
-    /// A plot without curves, of the height of a single one.
+    /// Plot without curves, at the height of a single plot.
     pub fn new(x: Axis, y: Axis) -> Plot {
         Plot {
             x,
@@ -242,10 +242,10 @@ impl Plot {
         }
     }
 
-    /// Label of each axis in the unit of its largest value, with the factor of the values; on equal scales the factors are one.
+    /// Factor and label of each axis in a unit suited to its largest value; equal scales have a common factor.
     pub fn shown_units(&self) -> [(f64, String); 2] {
-        let largest = |axis: &Axis, of: fn(&Curve) -> &[f64]| {
-            let values = self.curves.iter().flat_map(of).copied();
+        let largest = |axis: &Axis, values_of: fn(&Curve) -> &[f64]| {
+            let values = self.curves.iter().flat_map(values_of).copied();
             let all = values.chain(axis.range.iter().flat_map(|r| [r.0, r.1]));
             all.map(f64::abs)
                 .filter(|v| v.is_finite())
@@ -262,26 +262,26 @@ impl Plot {
     }
 }
 
-/// Ratio of the greatest to the least magnitude above which a linear axis would hide the small ones: three decades.
+/// Ratio of largest to smallest magnitude above which an axis is logarithmic: three decades.
 const LOG_SPAN: f64 = 1e3;
 
-/// An axis of a plot.
+/// Axis of a plot.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,
-    /// Values are shown by their logarithm.
+    /// True for a logarithmic axis.
     pub logarithmic: bool,
-    /// Least and greatest value shown; by default those of the curves.
+    /// Lowest and highest value shown; by default those of the curves.
     pub range: Option<(f64, f64)>,
-    /// Values with a line of the grid; empty: round ones.
+    /// Grid values; empty for round values.
     pub ticks: Vec<f64>,
-    /// Unit whose prefix follows the size of a value (`10 µs`), where the label has none.
+    /// Unit with an SI prefix by value (`10 µs`), for a label without unit.
     pub prefixed_unit: Option<&'static str>,
 }
 
 impl Axis {
-    /// A linear axis.
+    /// Linear axis.
     pub fn linear(label: impl Into<String>) -> Axis {
         Axis {
             label: label.into(),
@@ -289,7 +289,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis.
+    /// Logarithmic axis.
     pub fn log(label: impl Into<String>) -> Axis {
         Axis {
             logarithmic: true,
@@ -297,19 +297,19 @@ impl Axis {
         }
     }
 
-    /// An axis of magnitudes: logarithmic where all are above zero and span more than [`LOG_SPAN`], else linear from zero.
+    /// Axis of magnitudes: logarithmic if all are positive with a ratio above [`LOG_SPAN`], else linear from zero.
     pub fn of_magnitudes(
         label: impl Into<String>,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Axis {
-        let (least, greatest) = extremes(values.clone().filter(|v| v.is_finite()));
-        match least > 0.0 && greatest > LOG_SPAN * least {
+        let (lowest, highest) = extremes(values.clone().filter(|v| v.is_finite()));
+        match lowest > 0.0 && highest > LOG_SPAN * lowest {
             true => Axis::log(label),
             false => Axis::linear(label).from_zero(values),
         }
     }
 
-    /// The axis between two values.
+    /// Axis with a fixed range.
     pub fn over(self, low: f64, high: f64) -> Axis {
         Axis {
             range: Some((low, high)),
@@ -317,7 +317,7 @@ impl Axis {
         }
     }
 
-    /// The axis over values and zero.
+    /// Axis with a range over `values` and zero.
     pub fn from_zero(self, values: impl Iterator<Item = f64>) -> Axis {
         Axis {
             range: linear_range(values.chain([0.0])),
@@ -335,30 +335,30 @@ impl Axis {
     }
 }
 
-/// Colours of curves.
+/// Number of curve colours.
 pub const COLOURS: usize = 6;
 
 /// Colour of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
-    /// One of the colours of curves in their order: blue, orange, black, grey, green, purple.
+    /// Curve colour by index: blue, orange, black, grey, green, purple.
     Series(usize),
-    /// The same, half way to the paper.
+    /// Curve colour lightened halfway to white.
     Pale(usize),
-    /// The colour of grids.
+    /// Colour of grids.
     Faint,
 }
 
-/// Ink of what is secondary.
+/// Ink of secondary curves.
 pub const GREY_INK: Ink = Ink::Series(3);
 
-/// Ink of what has no colour of its own.
+/// Ink of curves without a series colour.
 pub const BLACK_INK: Ink = Ink::Series(2);
 
-/// Kind of drawing of a curve; sizes in points.
+/// Line or marker of a curve, sizes in points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mark {
-    /// Joined by a line of this width.
+    /// Line of this width and style.
     Line(f64, LineStyle),
     /// Discs of this radius.
     Discs(f64),
@@ -366,33 +366,33 @@ pub enum Mark {
     Rings(f64),
     /// Diagonal crosses of this radius.
     Crosses(f64),
-    /// Lines from the lower edge with a disc at the end.
+    /// Stems from the lower edge with a disc at the end.
     Stems,
 }
 
-/// A curve or a set of points.
+/// Curve or set of points.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// Name in the key; empty for none.
     pub name: String,
     /// Colour.
     pub ink: Ink,
-    /// Kind of drawing.
+    /// Line or marker.
     pub mark: Mark,
     /// Abscissae.
     pub x: Vec<f64>,
     /// Ordinates; a value that is not finite interrupts a line.
     pub y: Vec<f64>,
-    /// Interval about each ordinate; empty for none.
+    /// Uncertainty interval of each ordinate; empty for none.
     pub interval: Vec<(f64, f64)>,
-    /// Radius of each point in place of the common one; empty for none.
+    /// Individual radius of each point, points; empty for the common radius.
     pub radii: Vec<f64>,
-    /// A further value at each point, with its quantity and unit, that a page shows next to the point.
+    /// Additional value at each point for the tooltip of a page, with quantity and unit.
     pub along: Option<(&'static str, Vec<f64>)>,
 }
 
 impl Curve {
-    /// A curve with a name.
+    /// Curve with a name.
     pub fn new(name: impl Into<String>, ink: Ink, mark: Mark, x: Vec<f64>, y: Vec<f64>) -> Curve {
         Curve {
             name: name.into(),
@@ -406,7 +406,7 @@ impl Curve {
         }
     }
 
-    /// The mark as drawn: solid lines of a colour that comes again are dashed, then dotted.
+    /// Mark as drawn: solid lines of a repeated colour are dashed, then dotted.
     pub fn shown_mark(&self) -> Mark {
         match (self.mark, self.ink) {
             (Mark::Line(width, LineStyle::Solid), Ink::Series(k)) if k >= COLOURS => {
@@ -421,13 +421,13 @@ impl Curve {
         }
     }
 
-    /// A solid line of usual width.
+    /// Solid line of standard width.
     pub fn line(name: impl Into<String>, ink: Ink, x: Vec<f64>, y: Vec<f64>) -> Curve {
         Curve::new(name, ink, Mark::Line(1.0, LineStyle::Solid), x, y)
     }
 }
 
-/// Place of the names of curves.
+/// Position of the curve names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NamePlacement {
     /// In a key above the figure.
@@ -436,21 +436,21 @@ pub enum NamePlacement {
     AtEnd,
 }
 
-/// A line at a value of one axis.
+/// Guide line at a value of one axis.
 #[derive(Debug, Clone)]
 pub struct Guide {
-    /// The value is one of the horizontal axis, and the line vertical.
+    /// True for a vertical line at an abscissa.
     pub vertical: bool,
-    /// Value of the axis.
+    /// Value on the axis.
     pub at: f64,
-    /// Dotted, else solid.
+    /// True for a dotted line, false for a solid one.
     pub dotted: bool,
     /// Name, below the right end of the axis; empty for none.
     pub name: String,
 }
 
 impl Guide {
-    /// A dotted vertical line.
+    /// Dotted vertical line.
     pub fn vertical(at: f64) -> Guide {
         Guide {
             vertical: true,
@@ -460,7 +460,7 @@ impl Guide {
         }
     }
 
-    /// A dotted horizontal line.
+    /// Dotted horizontal line.
     pub fn horizontal(at: f64) -> Guide {
         Guide {
             vertical: false,
@@ -469,7 +469,7 @@ impl Guide {
     }
 }
 
-/// A shaded range of the abscissa.
+/// Shaded range of the abscissa.
 #[derive(Debug, Clone)]
 pub struct Band {
     /// Lower end.
@@ -480,7 +480,7 @@ pub struct Band {
     pub name: String,
 }
 
-/// A named point.
+/// Label of a point.
 #[derive(Debug, Clone)]
 pub struct PointLabel {
     /// Abscissa.
@@ -491,18 +491,18 @@ pub struct PointLabel {
     pub text: String,
 }
 
-/// Levels over two axes, by colour.
+/// Level map: levels over two axes, by colour.
 #[derive(Debug, Clone, Default)]
 pub struct LevelMap {
     /// Quantity of the levels.
     pub label: String,
-    /// Middles of the columns, rising.
+    /// Centres of the columns, ascending.
     pub x: Vec<f64>,
-    /// Middles of the rows, evenly rising.
+    /// Centres of the rows, ascending at equal spacing.
     pub y: Vec<f64>,
-    /// A level in dB for each row of each column; minus infinity where there is none.
+    /// Level of each row of each column, dB; minus infinity without a level.
     pub columns: Vec<Vec<f64>>,
-    /// Levels follow lines, most cells have none: an SVG file keeps more cells, so that the lines have no stairs.
+    /// True for sparse levels along lines: an SVG file has more cells, so that lines have no steps.
     pub sparse: bool,
 }
 
@@ -510,15 +510,15 @@ pub struct LevelMap {
 mod tests {
     use super::*;
 
-    /// Three decades of positive values are shown by their logarithm; less, or a zero, from zero.
+    /// Positive values over three decades have a logarithmic axis; a smaller range or a zero, a linear axis from zero.
     #[test]
     fn exact_range_decides_the_scale() {
         let axis = |values: &[f64]| Axis::of_magnitudes("force, N", values.iter().copied());
         assert!(axis(&[1e-3, f64::NAN, 2.0]).logarithmic);
         for values in [&[1e-3, 0.9][..], &[0.0, 1e-3, 2.0], &[-1.0, 1e4], &[]] {
-            let found = axis(values);
-            assert!(!found.logarithmic, "{values:?}");
-            assert!(found.range.is_none_or(|(low, _)| low <= 0.0), "{values:?}");
+            let shown = axis(values);
+            assert!(!shown.logarithmic, "{values:?}");
+            assert!(shown.range.is_none_or(|(low, _)| low <= 0.0), "{values:?}");
         }
     }
 }

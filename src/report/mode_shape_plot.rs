@@ -1,4 +1,4 @@
-//! Mode-shape plots: rotation along the drive train, lateral displacements next to it.
+//! Mode-shape plots: rotations along the drive train, and lateral displacements.
 
 use super::node_layout::{LayoutNode, LinkKind, layout_nodes};
 use super::svg::{
@@ -15,28 +15,28 @@ use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::Axis;
 
-/// No more panels than this.
+/// Maximum number of panels.
 const MAX_COUNT: usize = 8;
 
 /// Largest number of nodes for two panels in one row.
 const NARROW: usize = 24;
 
-/// Up to this many nodes each has a stem of its own.
+/// Maximum number of nodes with stems.
 const STEMS: usize = 45;
 
-/// Longest name on an axis, characters.
+/// Maximum length of a name on an axis, characters.
 const MAX_NAME_LEN: usize = 20;
 
-/// Widest bar of a displacement, points.
+/// Maximum width of a displacement bar, points.
 const MAX_BAR: f64 = 24.0;
 
-/// Motion smaller than this part of the other kind, at a lever of 1 m, is rounding and is not drawn.
+/// Rounding limit: ratio of rotations to displacements, at a lever of 1 m, below which a motion is not drawn.
 const ROUNDING: f64 = 1e-9;
 
-/// The first `count` modes, eight at most.
+/// Draws the shapes of the first `count` modes, at most eight.
 ///
-/// Rotations are divided by each node's ratio to the first where one rigid-body motion turns every node: then the rigid mode is
-/// a flat line, and what is not flat is wind-up. Shapes are turned so that the largest rotation is real and positive.
+/// Rotations are divided by the ratio of each node to the first if one rigid-body motion rotates all nodes: the rigid mode is then
+/// a flat line, and any slope is wind-up. The phase of a shape makes its largest rotation real and positive.
 pub fn draw_mode_shapes(
     title: &str,
     prepared_machine: &PreparedMachine,
@@ -45,24 +45,24 @@ pub fn draw_mode_shapes(
 ) -> String {
     let machine = &prepared_machine.machine;
     let modes = &result.modes[..result.modes.len().min(count).min(MAX_COUNT)];
-    let stops = layout_nodes(machine);
+    let train = layout_nodes(machine);
     let ratios: Option<Vec<f64>> =
-        ratios(prepared_machine).map(|all| stops.iter().map(|s| all[s.node]).collect());
-    let sideways = lateral_dofs(machine);
-    let sheet = ModeShapeFigure {
+        ratios(prepared_machine).map(|by_node| train.iter().map(|s| by_node[s.node]).collect());
+    let lateral = lateral_dofs(machine);
+    let figure = ModeShapeFigure {
         machine,
         complex: result.complex,
         scaled: ratios.is_some(),
-        ratios: ratios.unwrap_or_else(|| vec![1.0; stops.len()]),
-        stops,
-        sideways,
+        ratios: ratios.unwrap_or_else(|| vec![1.0; train.len()]),
+        train,
+        lateral,
     };
-    sheet.draw(title, modes, &result.energies)
+    figure.draw(title, modes, &result.energies)
 }
 
-/// The degrees of freedom that are no rotation about a shaft: displacements, then tilts.
+/// Lateral degrees of freedom: displacements, then tilts.
 fn lateral_dofs(machine: &Machine) -> Vec<usize> {
-    let of = |tilts: bool| {
+    let dofs = |tilts: bool| {
         machine
             .dofs
             .iter()
@@ -70,20 +70,20 @@ fn lateral_dofs(machine: &Machine) -> Vec<usize> {
             .filter(move |(_, f)| f.axis != Axis::Theta && f.axis.is_rotation() == tilts)
             .map(|(i, _)| i)
     };
-    of(false).chain(of(true)).collect()
+    dofs(false).chain(dofs(true)).collect()
 }
 
 /// Real or imaginary part.
 type ComplexComponent = fn(&Complex) -> f64;
 
-/// Data shared by all panels.
+/// Data common to all panels.
 struct ModeShapeFigure<'a> {
     machine: &'a Machine,
     complex: bool,
     scaled: bool,
     ratios: Vec<f64>,
-    stops: Vec<LayoutNode>,
-    sideways: Vec<usize>,
+    train: Vec<LayoutNode>,
+    lateral: Vec<usize>,
 }
 
 /// Positions of the panels, points.
@@ -102,22 +102,22 @@ const SPACING: f64 = 50.0;
 const HEADING: f64 = 30.0;
 
 impl ModeShapeFigure<'_> {
-    fn lateral(&self) -> bool {
-        !self.sideways.is_empty()
+    fn has_lateral(&self) -> bool {
+        !self.lateral.is_empty()
     }
 
     fn layout(&self, title: &str, n_modes: usize) -> ShapeLayout {
-        let beside = !self.lateral() && self.stops.len() <= NARROW && n_modes > 1;
-        let columns = if beside { 2 } else { 1 };
+        let is_paired = !self.has_lateral() && self.train.len() <= NARROW && n_modes > 1;
+        let columns = if is_paired { 2 } else { 1 };
         let rows = n_modes.div_ceil(columns).max(1);
-        let across = if columns == 2 || self.lateral() {
+        let n_across = if columns == 2 || self.has_lateral() {
             2.0
         } else {
             1.0
         };
-        let width = (WIDTH - MARGIN_LEFT - MARGIN_RIGHT - (across - 1.0) * SPACING) / across;
+        let width = (WIDTH - MARGIN_LEFT - MARGIN_RIGHT - (n_across - 1.0) * SPACING) / n_across;
         let panel = (width, 92.0);
-        let names = self.node_names().into_iter().chain(self.sideways_names());
+        let names = self.node_names().into_iter().chain(self.lateral_names());
         let names = widest(names, LABEL_SIZE, 0.0) + 8.0;
         let top = title_height(title) + if self.complex { 34.0 } else { 12.0 };
         let height = top + rows as f64 * (panel.1 + HEADING) + names + 26.0;
@@ -132,19 +132,18 @@ impl ModeShapeFigure<'_> {
     }
 
     fn node_names(&self) -> Vec<String> {
-        let name = |cancel: &LayoutNode| {
-            truncate_label(&self.machine.nodes[cancel.node].name, MAX_NAME_LEN)
-        };
-        self.stops.iter().map(name).collect()
+        let name =
+            |node: &LayoutNode| truncate_label(&self.machine.nodes[node.node].name, MAX_NAME_LEN);
+        self.train.iter().map(name).collect()
     }
 
-    fn sideways_names(&self) -> Vec<String> {
+    fn lateral_names(&self) -> Vec<String> {
         let name = |&i: &usize| {
             let dof = self.machine.dofs[i];
             let node = truncate_label(&self.machine.nodes[dof.node].name, MAX_NAME_LEN - 3);
             format!("{node}.{}", dof.axis.name())
         };
-        self.sideways.iter().map(name).collect()
+        self.lateral.iter().map(name).collect()
     }
 
     fn draw(&self, title: &str, modes: &[Mode], energies: &[EnergyShares]) -> String {
@@ -172,11 +171,11 @@ impl ModeShapeFigure<'_> {
     }
 
     fn heading(&self, i: usize, mode: &Mode, energies: Option<&EnergyShares>) -> String {
-        let start = format!("mode {} · {}", i + 1, hertz(mode.frequency_hz()));
+        let label = format!("mode {} · {}", i + 1, hertz(mode.frequency_hz()));
         if mode.rigid {
-            return format!("{start} · rigid body");
+            return format!("{label} · rigid body");
         }
-        let swings = if mode.is_oscillatory() {
+        let behaviour = if mode.is_oscillatory() {
             ""
         } else {
             " · not oscillatory"
@@ -185,13 +184,13 @@ impl ModeShapeFigure<'_> {
         match shares.and_then(dominant_element) {
             Some((element, share)) => {
                 let name = truncate_label(&self.machine.elements[element].name, MAX_NAME_LEN + 4);
-                format!("{start}{swings} · {name} {:.0} %", 100.0 * share)
+                format!("{label}{behaviour} · {name} {:.0} %", 100.0 * share)
             }
-            None => format!("{start}{swings}"),
+            None => format!("{label}{behaviour}"),
         }
     }
 
-    /// One mode: its rotations, and next to them its displacements where there are any.
+    /// Draws the panels of a mode: rotations, and displacements if any.
     fn row(
         &self,
         canvas: &mut Canvas,
@@ -199,7 +198,7 @@ impl ModeShapeFigure<'_> {
         layout: &ShapeLayout,
         mode: &Mode,
         title: &str,
-        lowest: bool,
+        is_lowest: bool,
     ) {
         let panel = |left: f64, x: (f64, f64)| {
             Panel::new(
@@ -209,129 +208,129 @@ impl ModeShapeFigure<'_> {
                 (-1.12, 1.12),
             )
         };
-        let (turns, moves) = self.values(mode);
-        let last = self.stops.last().map_or(0.0, |cancel| cancel.x);
-        let left = panel(corner.0, (-0.5, last + 0.5));
+        let (theta, motion) = self.values(mode);
+        let x_last = self.train.last().map_or(0.0, |node| node.x);
+        let left = panel(corner.0, (-0.5, x_last + 0.5));
         let head = (corner.0, corner.1 - 10.0);
         canvas.text(title, head, TITLE_SIZE, BLACK, Anchor::Start);
-        rule(canvas, &left);
-        match largest(&turns) {
-            0.0 => nothing(canvas, &left, "no rotation"),
-            size => self.trace(canvas, &left, &scaled_to_unit(&turns, size)),
+        draw_axes(canvas, &left);
+        match largest(&theta) {
+            0.0 => draw_empty(canvas, &left, "no rotation"),
+            size => self.trace(canvas, &left, &scaled_to_unit(&theta, size)),
         }
-        let places: Vec<f64> = self.stops.iter().map(|cancel| cancel.x).collect();
-        if lowest {
-            name_places(canvas, &left, &places, &self.node_names());
+        let x_nodes: Vec<f64> = self.train.iter().map(|node| node.x).collect();
+        if is_lowest {
+            draw_names(canvas, &left, &x_nodes, &self.node_names());
         }
-        if !self.lateral() {
+        if !self.has_lateral() {
             return;
         }
-        let n = self.sideways.len() as f64;
+        let n = self.lateral.len() as f64;
         let right = panel(corner.0 + layout.panel.0 + SPACING, (-0.7, n - 0.3));
-        rule(canvas, &right);
-        let diagnostic = self.displacement_note(&turns, &moves);
+        draw_axes(canvas, &right);
+        let note = self.displacement_note(&theta, &motion);
         let end = (right.across.1, corner.1 - 10.0);
-        canvas.label(&diagnostic, end, Anchor::End);
-        self.bars(canvas, &right, &moves);
-        if lowest {
-            let places: Vec<f64> = (0..self.sideways.len()).map(|i| i as f64).collect();
-            name_places(canvas, &right, &places, &self.sideways_names());
+        canvas.label(&note, end, Anchor::End);
+        self.bars(canvas, &right, &motion);
+        if is_lowest {
+            let x_nodes: Vec<f64> = (0..self.lateral.len()).map(|i| i as f64).collect();
+            draw_names(canvas, &right, &x_nodes, &self.lateral_names());
         }
     }
 
-    /// Rotations by stop and the other degrees of freedom, with what is rounding set to zero.
+    /// Rotations by node and lateral motions of a mode, rounding set to zero.
     fn values(&self, mode: &Mode) -> (Vec<Complex>, Vec<Complex>) {
-        let turn = |(cancel, ratio): (&LayoutNode, &f64)| mode.shape[cancel.dof] / *ratio;
-        let mut turns: Vec<Complex> = self.stops.iter().zip(&self.ratios).map(turn).collect();
-        let mut moves: Vec<Complex> = self.sideways.iter().map(|&i| mode.shape[i]).collect();
-        let all = largest(&turns).max(largest(&moves));
-        for part in [&mut turns, &mut moves] {
-            if largest(part) <= ROUNDING * all {
-                part.iter_mut().for_each(|z| *z = Complex::new(0.0, 0.0));
+        let angle = |(node, ratio): (&LayoutNode, &f64)| mode.shape[node.dof] / *ratio;
+        let mut theta: Vec<Complex> = self.train.iter().zip(&self.ratios).map(angle).collect();
+        let mut motion: Vec<Complex> = self.lateral.iter().map(|&i| mode.shape[i]).collect();
+        let size = largest(&theta).max(largest(&motion));
+        for kind in [&mut theta, &mut motion] {
+            if largest(kind) <= ROUNDING * size {
+                kind.iter_mut().for_each(|z| *z = Complex::new(0.0, 0.0));
             }
         }
-        // One phase for both, so that signs can be compared across.
-        let phase = phase_of_largest(&turns).or(phase_of_largest(&moves));
+        // A common phase keeps the signs of both kinds comparable.
+        let phase = phase_of_largest(&theta).or(phase_of_largest(&motion));
         if let Some(phase) = phase {
-            let turn_back = |z: &mut Complex| *z /= phase;
-            turns.iter_mut().chain(&mut moves).for_each(turn_back);
+            let remove_phase = |z: &mut Complex| *z /= phase;
+            theta.iter_mut().chain(&mut motion).for_each(remove_phase);
         }
-        (turns, moves)
+        (theta, motion)
     }
 
     fn n_displacements(&self) -> usize {
-        let displaces = |&&i: &&usize| !self.machine.dofs[i].axis.is_rotation();
-        self.sideways.iter().filter(displaces).count()
+        let is_displacement = |&&i: &&usize| !self.machine.dofs[i].axis.is_rotation();
+        self.lateral.iter().filter(is_displacement).count()
     }
 
     /// Note on the scale of displacements relative to rotations.
-    fn displacement_note(&self, turns: &[Complex], moves: &[Complex]) -> String {
-        let (turn, displacement) = (largest(turns), largest(&moves[..self.n_displacements()]));
-        if displacement == 0.0 || turn == 0.0 {
+    fn displacement_note(&self, theta: &[Complex], motion: &[Complex]) -> String {
+        let (angle, displacement) = (largest(theta), largest(&motion[..self.n_displacements()]));
+        if displacement == 0.0 || angle == 0.0 {
             return String::new();
         }
-        let um_per_mrad = displacement / turn * 1e3; // m/rad = 10³ µm/mrad
+        let um_per_mrad = displacement / angle * 1e3; // m/rad = 10³ µm/mrad
         format!(
             "1 here: {} µm, where 1 at left: 1 mrad",
             significant(um_per_mrad, 3)
         )
     }
 
-    /// Stems and a line through them, black along shafts and grey over other joints.
+    /// Draws stems and a line through them, black along shafts and grey across other joints.
     fn trace(&self, canvas: &mut Canvas, panel: &Panel, values: &[Complex]) {
-        let spot =
-            |i: usize, part: ComplexComponent| panel.to_canvas(self.stops[i].x, part(&values[i]));
+        let point =
+            |i: usize, part: ComplexComponent| panel.to_canvas(self.train[i].x, part(&values[i]));
         let (real, imaginary): (ComplexComponent, ComplexComponent) = (|z| z.re, |z| z.im);
-        let stems = self.stops.len() <= STEMS;
+        let stems = self.train.len() <= STEMS;
         if stems {
             for i in 0..values.len() {
-                let (x, y) = spot(i, real);
+                let (x, y) = point(i, real);
                 canvas.line((x, panel.canvas_y(0.0)), (x, y), GREY, 0.8);
             }
         }
-        for (i, cancel) in self.stops.iter().enumerate() {
-            match cancel.from {
-                Some((from, _)) if !cancel.same_place => {
-                    let way = [spot(from, real), spot(i, real)];
-                    canvas.polyline(&way, GREY, 0.7, LineStyle::Dotted);
+        for (i, node) in self.train.iter().enumerate() {
+            match node.from {
+                Some((previous, _)) if !node.same_place => {
+                    let link = [point(previous, real), point(i, real)];
+                    canvas.polyline(&link, GREY, 0.7, LineStyle::Dotted);
                 }
-                Some((from, LinkKind::Mesh)) => {
-                    canvas.line(spot(from, real), spot(i, real), GREY, 1.0);
+                Some((previous, LinkKind::Mesh)) => {
+                    canvas.line(point(previous, real), point(i, real), GREY, 1.0);
                 }
                 _ => {}
             }
         }
-        for run in self
-            .runs(|cancel| cancel.same_place && matches!(cancel.from, Some((_, LinkKind::Shaft))))
+        for run in
+            self.runs(|node| node.same_place && matches!(node.from, Some((_, LinkKind::Shaft))))
         {
-            let points: Vec<_> = run.clone().map(|i| spot(i, real)).collect();
-            canvas.polyline(&thinned(&points), BLACK, 1.6, LineStyle::Solid);
+            let points: Vec<_> = run.clone().map(|i| point(i, real)).collect();
+            canvas.polyline(&decimated(&points), BLACK, 1.6, LineStyle::Solid);
         }
         if self.complex {
-            for run in self.runs(|cancel| cancel.same_place) {
-                let points: Vec<_> = run.map(|i| spot(i, imaginary)).collect();
-                canvas.polyline(&thinned(&points), BLUE, 1.3, LineStyle::Dashed);
+            for run in self.runs(|node| node.same_place) {
+                let points: Vec<_> = run.map(|i| point(i, imaginary)).collect();
+                canvas.polyline(&decimated(&points), BLUE, 1.3, LineStyle::Dashed);
             }
         }
         if stems {
-            (0..values.len()).for_each(|i| canvas.fill_circle(spot(i, real), 2.4, BLACK));
+            (0..values.len()).for_each(|i| canvas.fill_circle(point(i, real), 2.4, BLACK));
         }
     }
 
-    /// Runs of stops each of which continues the one before.
-    fn runs(&self, goes_on: impl Fn(&LayoutNode) -> bool) -> Vec<std::ops::Range<usize>> {
-        let mut starts: Vec<usize> = (0..self.stops.len())
-            .filter(|&i| !goes_on(&self.stops[i]))
+    /// Index ranges of consecutive nodes that continue the previous one.
+    fn runs(&self, continues: impl Fn(&LayoutNode) -> bool) -> Vec<std::ops::Range<usize>> {
+        let mut starts: Vec<usize> = (0..self.train.len())
+            .filter(|&i| !continues(&self.train[i]))
             .collect();
-        starts.push(self.stops.len());
+        starts.push(self.train.len());
         starts.windows(2).map(|w| w[0]..w[1]).collect()
     }
 
-    /// A bar for each displacement and each tilt, either kind by its own largest.
-    fn bars(&self, canvas: &mut Canvas, panel: &Panel, moves: &[Complex]) {
+    /// Draws a bar for each displacement and tilt, each kind relative to its largest.
+    fn bars(&self, canvas: &mut Canvas, panel: &Panel, motion: &[Complex]) {
         let widest = 0.5 * MAX_BAR * (panel.x.1 - panel.x.0) / (panel.across.1 - panel.across.0);
         let n = self.n_displacements();
-        let (displacements, tilts) = moves.split_at(n);
+        let (displacements, tilts) = motion.split_at(n);
         for (values, start, ink) in [(displacements, 0, BLACK), (tilts, n, GREY)] {
             let size = largest(values);
             if size == 0.0 {
@@ -351,8 +350,8 @@ impl ModeShapeFigure<'_> {
                 }
             }
         }
-        if largest(moves) == 0.0 {
-            nothing(canvas, panel, "no displacement");
+        if largest(motion) == 0.0 {
+            draw_empty(canvas, panel, "no displacement");
         }
     }
 
@@ -360,13 +359,13 @@ impl ModeShapeFigure<'_> {
         let below = layout.top + layout.rows as f64 * (layout.panel.1 + HEADING);
         let middle = (layout.top + below) / 2.0;
         let label = if self.scaled {
-            let first = self.stops.first().map_or(0, |cancel| cancel.node);
+            let first = self.train.first().map_or(0, |node| node.node);
             let name = truncate_label(&self.machine.nodes[first].name, MAX_NAME_LEN);
             format!("θ ÷ ratio to {name}, largest = 1 (–)")
         } else {
             "θ, largest = 1 (–)".to_string()
         };
-        // A single row of panels is lower than the whole text.
+        // A single row of panels is lower than the full text.
         let fits = text_width(&label, LABEL_SIZE) < below - layout.top;
         let label = if fits {
             label
@@ -375,8 +374,8 @@ impl ModeShapeFigure<'_> {
         };
         canvas.upright(&label, (18.0, middle));
         let foot = below + layout.names + 14.0;
-        let tilts = self.sideways.len() > self.n_displacements();
-        if self.lateral() {
+        let tilts = self.lateral.len() > self.n_displacements();
+        if self.has_lateral() {
             let (w, label) = (layout.panel.0, "node, in the order of the train");
             canvas.label(label, (MARGIN_LEFT + w / 2.0, foot), Anchor::Middle);
             let label = if tilts {
@@ -401,7 +400,7 @@ impl ModeShapeFigure<'_> {
     }
 }
 
-/// Says once how the two parts of a complex shape are drawn.
+/// Draws the key of real and imaginary parts.
 fn draw_legend(canvas: &mut Canvas, top: f64) {
     let y = top + 14.0;
     canvas.line((MARGIN_LEFT, y), (MARGIN_LEFT + 26.0, y), BLACK, 1.6);
@@ -421,7 +420,7 @@ fn largest(values: &[Complex]) -> f64 {
     values.iter().map(|&z| modulus(z)).fold(0.0, f64::max)
 }
 
-/// Direction in the complex plane of the largest component; `None` where nothing moves.
+/// Phase factor of the largest component; `None` for a zero shape.
 fn phase_of_largest(values: &[Complex]) -> Option<Complex> {
     let size = largest(values);
     let lead = values
@@ -434,16 +433,16 @@ fn scaled_to_unit(values: &[Complex], size: f64) -> Vec<Complex> {
     values.iter().map(|&z| z / size).collect()
 }
 
-fn rule(canvas: &mut Canvas, panel: &Panel) {
+fn draw_axes(canvas: &mut Canvas, panel: &Panel) {
     panel.draw_y_grid(canvas, &ticks((-1.0, 1.0), 2));
     let zero = panel.canvas_y(0.0);
     panel.draw_horizontal(canvas, zero, GREY, 0.8);
 }
 
-fn nothing(canvas: &mut Canvas, panel: &Panel, diagnostic: &str) {
+fn draw_empty(canvas: &mut Canvas, panel: &Panel, text: &str) {
     let middle = (panel.across.0 + panel.across.1) / 2.0;
     let above = panel.canvas_y(0.0) - 10.0;
-    canvas.note(diagnostic, (middle, above), Anchor::Middle);
+    canvas.note(text, (middle, above), Anchor::Middle);
 }
 
 fn bar(canvas: &mut Canvas, panel: &Panel, (x, half): (f64, f64), value: f64, ink: Colour) {
@@ -454,32 +453,32 @@ fn bar(canvas: &mut Canvas, panel: &Panel, (x, half): (f64, f64), value: f64, in
     );
 }
 
-/// Names below a panel, as many as fit.
-fn name_places(canvas: &mut Canvas, panel: &Panel, places: &[f64], names: &[String]) {
-    let mut free_from = f64::NEG_INFINITY;
-    for (&x, name) in places.iter().zip(names) {
+/// Draws names below a panel, as many as fit.
+fn draw_names(canvas: &mut Canvas, panel: &Panel, positions: &[f64], names: &[String]) {
+    let mut next_free = f64::NEG_INFINITY;
+    for (&x, name) in positions.iter().zip(names) {
         let (right, below) = (panel.canvas_x(x), panel.down.1);
-        if right < free_from {
+        if right < next_free {
             continue;
         }
-        free_from = right + if places.len() > STEMS { 2.5 } else { 1.2 } * LABEL_SIZE;
+        next_free = right + if positions.len() > STEMS { 2.5 } else { 1.2 } * LABEL_SIZE;
         canvas.line((right, below), (right, below + 3.0), LIGHT_GREY, 0.8);
         canvas.vertical_text(name, (right, below + 6.0), LABEL_SIZE, BLACK, Anchor::End);
     }
 }
 
-/// A line of very many points by the lowest and highest of each point of width.
-fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+/// Decimates a line of many points to the lowest and highest in each point of width.
+fn decimated(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     const MANY_NODES: usize = 2000;
     if points.len() <= MANY_NODES {
         return points.to_vec();
     }
-    let mut kept: Vec<(f64, f64)> = Vec::new();
+    let mut curve: Vec<(f64, f64)> = Vec::new();
     for group in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
         let ends = [group.first(), group.last()];
         let lowest = group.iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let highest = group.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        kept.extend([ends[0], lowest, highest, ends[1]].into_iter().flatten());
+        curve.extend([ends[0], lowest, highest, ends[1]].into_iter().flatten());
     }
-    kept
+    curve
 }

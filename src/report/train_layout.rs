@@ -1,14 +1,14 @@
-//! Places of the parts of a drive train on a grid: shafts along rows, meshes between rows.
+//! Grid layout of the components of a drive train: shafts along rows, meshes between rows.
 
 use std::collections::HashSet;
 
-/// Columns of the grid: longer shafts turn back in another row.
+/// Number of grid columns: longer shafts continue in another row.
 const COLUMNS: i64 = 11;
 
-/// A place on the grid: column to the right, row downwards.
+/// Grid position: column to the right, row downwards.
 pub type GridPlace = (i64, i64);
 
-/// Side of a link on which its second part is placed.
+/// Direction of a link from its first to its second component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinkSide {
     /// Along the shaft.
@@ -17,42 +17,42 @@ pub enum LinkSide {
     Across,
 }
 
-/// The part at the other end of each link of a part.
+/// Linked components of a component, each with the direction of its link.
 pub type Neighbours = Vec<(usize, LinkSide)>;
 
-/// The places of parts of `sizes` cells along both axes, each next to a part it is linked to where there is room, else as near as possible.
+/// Grid positions of components of `sizes` cells along both axes, each next to a linked component, or as near as possible.
 ///
-/// Links are followed depth first from the first part, those along a shaft before those across. The least column and row are 0.
+/// Links are traversed depth first from the first component, those along a shaft first. The lowest column and row are 0.
 pub fn place_parts(sizes: &[i64], neighbours: &[Neighbours]) -> Vec<GridPlace> {
     let mut grid = Grid::default();
-    let mut places: Vec<Option<GridPlace>> = vec![None; sizes.len()];
+    let mut positions: Vec<Option<GridPlace>> = vec![None; sizes.len()];
     for root in 0..sizes.len() {
         let mut stack = vec![(root, None)];
-        while let Some((part, from)) = stack.pop() {
-            if places[part].is_some() {
+        while let Some((part, origin)) = stack.pop() {
+            if positions[part].is_some() {
                 continue;
             }
-            let wanted = match from {
+            let options = match origin {
                 Some((other, side)) => {
-                    let at: Option<GridPlace> = places[other];
-                    adjacent_places(at.unwrap_or_default(), sizes[other], sizes[part], side)
+                    let pos: Option<GridPlace> = positions[other];
+                    adjacent_places(pos.unwrap_or_default(), sizes[other], sizes[part], side)
                 }
                 None => vec![(0, grid.below)],
             };
-            places[part] = Some(grid.take(&wanted, sizes[part]));
-            let mut next = neighbours[part].clone();
-            next.sort_by_key(|n| n.1);
-            let next = next.into_iter().rev();
-            stack.extend(next.map(|(other, side)| (other, Some((part, side)))));
+            positions[part] = Some(grid.occupy(&options, sizes[part]));
+            let mut linked = neighbours[part].clone();
+            linked.sort_by_key(|n| n.1);
+            let linked = linked.into_iter().rev();
+            stack.extend(linked.map(|(other, side)| (other, Some((part, side)))));
         }
     }
-    let places: Vec<GridPlace> = places.into_iter().flatten().collect();
-    let least = |of: fn(&GridPlace) -> i64| places.iter().map(of).min().unwrap_or(0);
-    let (left, top) = (least(|p| p.0), least(|p| p.1));
-    places.iter().map(|p| (p.0 - left, p.1 - top)).collect()
+    let positions: Vec<GridPlace> = positions.into_iter().flatten().collect();
+    let lowest = |key: fn(&GridPlace) -> i64| positions.iter().map(key).min().unwrap_or(0);
+    let (left, top) = (lowest(|p| p.0), lowest(|p| p.1));
+    positions.iter().map(|p| (p.0 - left, p.1 - top)).collect()
 }
 
-/// Places next to a part for another, the best first.
+/// Candidate positions next to a component, by preference.
 fn adjacent_places(
     (column, row): GridPlace,
     size: i64,
@@ -68,37 +68,37 @@ fn adjacent_places(
     }
 }
 
-/// The cells in use.
+/// Occupied cells of the grid.
 #[derive(Default)]
 struct Grid {
-    used: HashSet<GridPlace>,
-    /// The first row below all cells in use.
+    occupied: HashSet<GridPlace>,
+    /// First row below all occupied cells.
     below: i64,
 }
 
 impl Grid {
-    /// Takes the first place that is free, else the nearest to the first.
-    fn take(&mut self, wanted: &[GridPlace], size: i64) -> GridPlace {
-        let first = wanted.first().copied().unwrap_or_default();
-        let found = wanted.iter().copied().find(|&at| self.is_free(at, size));
-        let at = found.unwrap_or_else(|| self.nearest(first, size));
-        self.used.extend(cells(at, size));
-        self.below = self.below.max(at.1 + size);
-        at
+    /// Occupies the first free candidate position, or the free position nearest to the first candidate.
+    fn occupy(&mut self, options: &[GridPlace], size: i64) -> GridPlace {
+        let first = options.first().copied().unwrap_or_default();
+        let free = options.iter().copied().find(|&pos| self.is_free(pos, size));
+        let pos = free.unwrap_or_else(|| self.nearest(first, size));
+        self.occupied.extend(cells(pos, size));
+        self.below = self.below.max(pos.1 + size);
+        pos
     }
 
-    fn is_free(&self, at: GridPlace, size: i64) -> bool {
-        let inside = at.0 >= 0 && at.0 + size <= COLUMNS;
-        inside && cells(at, size).all(|cell| !self.used.contains(&cell))
+    fn is_free(&self, pos: GridPlace, size: i64) -> bool {
+        let is_within = pos.0 >= 0 && pos.0 + size <= COLUMNS;
+        is_within && cells(pos, size).all(|cell| !self.occupied.contains(&cell))
     }
 
-    /// The free place nearest to another, that below before that above.
+    /// Free position nearest to another, preferably below it.
     fn nearest(&self, (column, row): GridPlace, size: i64) -> GridPlace {
-        let distance = |at: &GridPlace| ((at.0 - column).abs() + (at.1 - row).abs(), -at.1);
+        let distance = |pos: &GridPlace| ((pos.0 - column).abs() + (pos.1 - row).abs(), -pos.1);
         let top = row - COLUMNS;
         let rows = top..=self.below.max(row);
-        let all = rows.flat_map(|r| (0..COLUMNS).map(move |c| (c, r)));
-        let free = all.filter(|&at| self.is_free(at, size));
+        let grid = rows.flat_map(|r| (0..COLUMNS).map(move |c| (c, r)));
+        let free = grid.filter(|&pos| self.is_free(pos, size));
         free.min_by_key(distance).unwrap_or((0, self.below))
     }
 }
@@ -111,7 +111,7 @@ fn cells((column, row): GridPlace, size: i64) -> impl Iterator<Item = GridPlace>
 mod tests {
     use super::*;
 
-    /// No two parts share a cell, whatever the links; the grid begins at 0 and keeps its width.
+    /// Components share no cell for any links; the grid starts at 0 and keeps its width.
     #[test]
     fn law_parts_have_cells_of_their_own() {
         let mut rng = fastrand::Rng::with_seed(24);
@@ -130,19 +130,19 @@ mod tests {
                 neighbours[part].push((other, side));
                 neighbours[other].push((part, side));
             }
-            let places = place_parts(&sizes, &neighbours);
-            let all: Vec<GridPlace> = places
+            let positions = place_parts(&sizes, &neighbours);
+            let all: Vec<GridPlace> = positions
                 .iter()
                 .zip(&sizes)
-                .flat_map(|(&at, &s)| cells(at, s))
+                .flat_map(|(&pos, &s)| cells(pos, s))
                 .collect();
-            let apart: HashSet<GridPlace> = all.iter().copied().collect();
-            assert_eq!(apart.len(), all.len());
+            let distinct: HashSet<GridPlace> = all.iter().copied().collect();
+            assert_eq!(distinct.len(), all.len());
             assert!(all.iter().all(|p| p.0 >= 0 && p.1 >= 0 && p.0 < COLUMNS));
         }
     }
 
-    /// A shaft of 14 discs turns back after the eleventh.
+    /// A shaft of 14 discs continues in the next row after the eleventh.
     #[test]
     fn exact_long_shafts_turn_back() {
         let links = |k: usize| [k.checked_sub(1), (k < 13).then_some(k + 1)];
@@ -155,9 +155,9 @@ mod tests {
                     .collect()
             })
             .collect();
-        let places = place_parts(&[1; 14], &neighbours);
-        assert_eq!(places[10], (10, 0));
-        assert_eq!(places[11], (10, 1));
-        assert_eq!(places[12], (9, 1));
+        let positions = place_parts(&[1; 14], &neighbours);
+        assert_eq!(positions[10], (10, 0));
+        assert_eq!(positions[11], (10, 1));
+        assert_eq!(positions[12], (9, 1));
     }
 }

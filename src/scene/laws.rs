@@ -4,21 +4,21 @@ use std::sync::Arc;
 
 use crate::base::source_span::SourceFile;
 
-/// Damping law of a contact as it opens and closes. With g the deflection beyond the play:
+/// Damping law of an opening and closing contact; g is the deflection beyond the backlash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactDamping {
     /// `F = k g + c δ̇`, the damper acting in the gap as well (Kahraman and Singh 1990).
     ActsInGap,
-    /// `F = k g + c δ̇` while touching: it jumps at touch and may pull before release.
+    /// `F = k g + c δ̇` in contact: F is discontinuous at impact and may be tensile before separation.
     Adhesive,
-    /// `F = max(0, k g + c δ̇)` while touching: it jumps at touch and never pulls (Modelica's ElastoBacklash2).
+    /// `F = max(0, k g + c δ̇)` in contact: F is discontinuous at impact, never tensile (Modelica's ElastoBacklash2).
     NoPull,
-    /// `F = max(0, k g + min(c δ̇, k g))`: neither jumps nor pulls (Modelica's ElastoBacklash).
+    /// `F = max(0, k g + min(c δ̇, k g))`: continuous, never tensile (Modelica's ElastoBacklash).
     Continuous,
 }
 
 impl ContactDamping {
-    /// Every convention by its word.
+    /// All damping laws with their keywords.
     pub const WORDS: &'static [(&'static str, ContactDamping)] = &[
         ("throughout", ContactDamping::ActsInGap),
         ("adhesive", ContactDamping::Adhesive),
@@ -27,47 +27,47 @@ impl ContactDamping {
     ];
 }
 
-/// Force over deflection of an elastic element that is not linear; the same backward.
+/// Nonlinear force–deflection characteristic of an elastic element, an odd function.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Characteristic {
-    /// `F = sign(δ) K |δ|ⁿ`, n ≥ 1: 3/2 for Hertz's contact at a point (Hertz 1881).
+    /// `F = sign(δ) K |δ|ⁿ`, n ≥ 1: 3/2 for Hertzian point contact (Hertz 1881).
     Power {
         /// K, N/mⁿ or N·m/radⁿ.
         factor: f64,
-        /// n.
+        /// Exponent n.
         exponent: f64,
-        /// The deflection at which it is rated, m or rad.
+        /// Rated deflection, m or rad.
         rated: f64,
     },
-    /// A smooth curve through points by rising deflection, the first at rest: m or rad, N or N·m.
+    /// Smooth curve through points in ascending order of deflection from zero: m or rad, N or N·m.
     Table(Vec<(f64, f64)>),
 }
 
-/// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
+/// One period of a waveform over the phase ψ, 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {
-    /// `high` for the first `duty` of the period, `low` for the rest.
+    /// Rectangular wave: `high` during the share `duty` of the period, then `low`.
     Rectangular {
-        /// Value at first.
+        /// First value.
         high: f64,
-        /// Value afterwards.
+        /// Second value.
         low: f64,
-        /// Share of the period, in (0, 1).
+        /// Duty cycle, in (0, 1).
         duty: f64,
     },
     /// `mean + Σ a cos(2π n ψ + φ)`.
     Fourier {
-        /// n = 0.
+        /// Mean value (n = 0).
         mean: f64,
-        /// n, a, φ.
+        /// Harmonics: n, a, φ in rad.
         terms: Vec<(u32, f64, f64)>,
     },
-    /// Straight lines through equally spaced values, the first at ψ = 0, closed after the last.
+    /// Periodic linear interpolation of equally spaced values, the first at ψ = 0.
     Table(Vec<f64>),
 }
 
 impl Waveform {
-    /// No value is below this.
+    /// Lower bound of the values.
     pub fn lower_bound(&self) -> f64 {
         match self {
             Waveform::Rectangular { high, low, .. } => high.min(*low),
@@ -79,113 +79,113 @@ impl Waveform {
     }
 }
 
-/// `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` sliding; anything up to F_s sticking. With v_s = 0 the force falls to F_c as
-/// soon as the pair slides.
+/// Stribeck friction: `F = sign(δ̇) [F_c + (F_s − F_c) exp(−(δ̇/v_s)²)]` in slip, |F| ≤ F_s in stick. With v_s = 0 the force drops to
+/// F_c at the onset of slip.
 ///
 /// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionLaw {
-    /// F_c, N or N·m.
+    /// Sliding (Coulomb) friction F_c, N or N·m.
     pub sliding: f64,
-    /// F_s ≥ F_c, N or N·m.
+    /// Breakaway friction F_s ≥ F_c, N or N·m.
     pub breakaway: f64,
-    /// v_s, m/s or rad/s; 0: no fall over speed; unused where F_s = F_c.
+    /// Stribeck velocity v_s, m/s or rad/s; 0: no decay over speed; unused where F_s = F_c.
     pub stribeck_velocity: f64,
-    /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
+    /// Regularisation width of the sign change, for methods without events, m/s or rad/s.
     pub regularisation_velocity: f64,
 }
 
-/// Friction along the teeth of a pair.
+/// Dry friction of the tooth flanks of a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToothFriction {
-    /// For a capacity of one N·m.
+    /// Friction law for a capacity of 1 N·m.
     pub law: FrictionLaw,
-    /// μ.
+    /// Coefficient of friction μ.
     pub coefficient: f64,
-    /// Radii of the tip circles, m; of one module of addendum where absent.
+    /// Tip radii, m; absent: addendum of one module.
     pub tips: Option<[f64; 2]>,
-    /// Phase of the pair in the mesh cycle at zero gear angles, rad, where friction goes along the path of contact; absent: its mean over
-    /// the cycle.
+    /// Mesh phase at zero gear angles, rad, for friction that varies along the path of contact; absent: mean friction over
+    /// the mesh cycle.
     pub path: Option<f64>,
 }
 
-/// A torque as a function of speed. It is what the machine receives: positive drives forward.
+/// Torque–speed curve of a motor; positive torque drives the machine forward.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TorqueSpeedCurve {
     /// `T = T₀ (1 − ω/ω₀)`: a DC motor at constant voltage.
     Linear {
-        /// T₀, at standstill, N·m.
+        /// Stall torque T₀, N·m.
         stall: f64,
-        /// ω₀, without load, rad/s.
+        /// No-load speed ω₀, rad/s.
         idle: f64,
     },
     /// Kloss's formula `T = 2 T_k / (s/s_k + s_k/s)`, `s = (ω_s − ω)/ω_s`: an induction motor at constant frequency.
     Induction {
-        /// T_k, the pull-out torque, N·m.
+        /// Pull-out torque T_k, N·m.
         pull_out: f64,
-        /// s_k, the slip at which it acts.
+        /// Pull-out slip s_k.
         slip: f64,
-        /// ω_s, rad/s.
+        /// Synchronous speed ω_s, rad/s.
         synchronous: f64,
     },
-    /// Straight lines through points, constant beyond them: speed, torque; by rising speed.
+    /// Linear interpolation of (speed, rad/s; torque, N·m) in ascending order of speed, constant outside.
     Table(Vec<(f64, f64)>),
 }
 
-/// A load over time, as the file has it.
+/// Load history of the file: torque, N·m, or force, N, over time.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LoadHistory {
-    /// The same at all times.
+    /// Constant load, N·m.
     Constant(f64),
-    /// Nothing before `time`.
+    /// Step from zero at `time`.
     Step {
-        /// N·m afterwards.
+        /// Torque after the step or ramp, N·m.
         torque: f64,
         /// s.
         time: f64,
     },
-    /// A straight line between two instants.
+    /// Linear ramp between two instants.
     Ramp {
-        /// N·m before.
+        /// Torque before the ramp, N·m.
         from: f64,
-        /// N·m afterwards.
+        /// Torque after the step or ramp, N·m.
         to: f64,
-        /// Begin and end, s.
+        /// Start and end times, s.
         between: [f64; 2],
     },
     /// `mean + amplitude cos(ω t + φ)`.
     Harmonic {
-        /// N·m.
+        /// Mean torque, N·m.
         mean: f64,
-        /// N·m.
+        /// Amplitude, N·m.
         amplitude: f64,
-        /// rad/s.
+        /// Angular frequency ω, rad/s.
         omega: f64,
-        /// rad.
+        /// Phase φ, rad.
         phase: f64,
     },
-    /// `mean + Σ a cos(n θ + φ)` of the node's own angle θ.
+    /// `mean + Σ a cos(n θ + φ)`, θ the angle of the node.
     Orders {
-        /// N·m.
+        /// Mean torque, N·m.
         mean: f64,
-        /// n per turn, N·m, rad.
+        /// Order n per revolution, amplitude a, N·m, phase φ, rad.
         orders: Vec<(f64, f64, f64)>,
     },
-    /// Straight lines through points: s, N·m.
+    /// Linear interpolation of points: s, N·m.
     Table(Vec<(f64, f64)>),
-    /// A face-mill cutter at its mean speed.
+    /// Cutting forces of a face-mill cutter at its mean speed.
     FaceMill(FaceMill),
-    /// A torque times factors of time, each a plain number: constants, steps, ramps, harmonics and tables.
+    /// Torque times dimensionless factors over time: constants, steps, ramps, harmonics and tables.
     Product {
-        /// N·m.
+        /// Torque, N·m.
         torque: f64,
-        /// Each a number over time.
+        /// Dimensionless factors over time.
         factors: Vec<LoadHistory>,
     },
 }
 
 impl LoadHistory {
-    /// Long-term value of the load, N·m, which decides the flanks in contact.
+    /// Long-term value of the load, N·m, which determines the flanks in contact.
     pub fn long_term_value(&self) -> f64 {
         match self {
             LoadHistory::Constant(torque) | LoadHistory::Step { torque, .. } => *torque,
@@ -199,31 +199,31 @@ impl LoadHistory {
         }
     }
 
-    /// The least and the greatest it ever is; of a product what the extremes of its factors leave room for. Absent where the motion
-    /// decides.
+    /// Bounds of the load, minimum and maximum, N·m; for a product the interval product of its factors. `None` where the load depends
+    /// on the motion.
     pub fn range(&self) -> Option<[f64; 2]> {
-        let of = |values: &[f64]| {
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let bounds = |values: &[f64]| {
+            let minimum = values.iter().copied().fold(f64::INFINITY, f64::min);
             [
-                least,
+                minimum,
                 values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             ]
         };
         Some(match self {
-            LoadHistory::Constant(torque) => of(&[*torque]),
-            LoadHistory::Step { torque, .. } => of(&[0.0, *torque]),
-            LoadHistory::Ramp { from, to, .. } => of(&[*from, *to]),
+            LoadHistory::Constant(torque) => bounds(&[*torque]),
+            LoadHistory::Step { torque, .. } => bounds(&[0.0, *torque]),
+            LoadHistory::Ramp { from, to, .. } => bounds(&[*from, *to]),
             LoadHistory::Harmonic {
                 mean, amplitude, ..
-            } => of(&[mean - amplitude, mean + amplitude]),
-            LoadHistory::Table(points) => of(&points.iter().map(|p| p.1).collect::<Vec<_>>()),
+            } => bounds(&[mean - amplitude, mean + amplitude]),
+            LoadHistory::Table(points) => bounds(&points.iter().map(|p| p.1).collect::<Vec<_>>()),
             LoadHistory::Orders { .. } | LoadHistory::FaceMill(_) => return None,
             LoadHistory::Product { torque, factors } => {
                 let mut range = [*torque; 2];
                 for factor in factors {
                     let [low, high] = factor.range()?;
                     let [a, b] = range;
-                    range = of(&[a * low, a * high, b * low, b * high]);
+                    range = bounds(&[a * low, a * high, b * low, b * high]);
                 }
                 range
             }
@@ -233,23 +233,23 @@ impl LoadHistory {
 
 /// Cutting forces of a face-mill head that generates one tooth slot.
 ///
-/// One blade cuts `F = k_c1 b h^(1−m)` along its path (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm), and is pushed across it
-/// by shares of F.
+/// Cutting force of one blade `F = k_c1 b h^(1−m)` along its path (Kienzle 1952; k_c1 for a chip of 1 mm × 1 mm), with radial and
+/// axial forces as shares of F.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceMill {
     /// Chips of the blades.
     pub chips: MillChips,
-    /// Radius at which they are cut, m.
+    /// Cutting radius, m.
     pub radius: f64,
-    /// k_c1, Pa.
+    /// Specific cutting force k_c1, Pa.
     pub specific_force: f64,
-    /// m, in [0, 1).
+    /// Kienzle exponent m, in [0, 1).
     pub exponent: f64,
-    /// +1 or −1: the sense of its torque on the node.
+    /// Sign of the cutting torque on the node, +1 or −1.
     pub sense: f64,
-    /// Angle of the middle of the slot round the axis of the head, from x to y, rad; needed where the head moves across it.
+    /// Angular position of the slot centre about the head axis, from x to y, rad; required for lateral motion of the head.
     pub slot: Option<f64>,
-    /// Radial force on a blade away from the axis, as a share of F.
+    /// Outward radial force on a blade, as a share of F.
     pub radial: f64,
     /// Axial force along z, as a share of F.
     pub axial: f64,
@@ -258,21 +258,21 @@ pub struct FaceMill {
 /// Chips of the blade groups of a head.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MillChips {
-    /// By their greatest size.
+    /// Chips given by their largest dimensions.
     Stated(StatedChips),
-    /// By the passes of the blades, from the time at which the first place of the first pass is cut, s.
+    /// Chips given by blade passes.
     Passes {
-        /// That time, s.
+        /// Time of the first position of the first pass, s.
         start: f64,
-        /// Places pass by pass: two or more at equal steps of the head.
+        /// Blade positions of each pass: two or more at equal angular steps of the head.
         passes: Vec<Vec<MillPlace>>,
-        /// The file that holds them; absent where it cannot be read.
+        /// Chip file; absent where it cannot be read.
         source: Option<Arc<SourceFile>>,
     },
 }
 
 impl LoadHistory {
-    /// The file of chips of a face-mill load.
+    /// Chip file of a face-mill load.
     pub fn chips(&self) -> Option<&Arc<SourceFile>> {
         match self {
             LoadHistory::FaceMill(FaceMill {
@@ -284,10 +284,10 @@ impl LoadHistory {
     }
 }
 
-/// Chips of alike groups that enter and leave the slot one after another; they thicken and thin again over the generating roll.
+/// Chips of equal blade groups that cut in succession; chip thickness increases and decreases over the generating roll.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedChips {
-    /// Blade groups round the head.
+    /// Number of blade groups of the head.
     pub blades: u32,
     /// Angle of the head over which one blade is in the slot, rad.
     pub arc: f64,
@@ -295,77 +295,77 @@ pub struct StatedChips {
     pub width: f64,
     /// Largest chip thickness over the roll, m.
     pub chip: f64,
-    /// Excess cut of the first group and deficit of the one opposite, m: run-out of the head.
+    /// Run-out of the head, m: excess chip thickness of the first group and deficit of the opposite group.
     pub runout: f64,
-    /// The generating roll, begin and end, s.
+    /// Start and end of the generating roll, s.
     pub roll: [f64; 2],
 }
 
-/// A place of a blade's pass through the slot.
+/// Blade position in a pass through the slot, with its chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MillPlace {
-    /// Turn of the head from the first place of the first pass, rad.
+    /// Rotation of the head from the first position of the first pass, rad.
     pub head: f64,
-    /// Angle of the blade from the middle of the slot in the sense of its turn, rad.
+    /// Angle of the blade from the slot centre in the sense of rotation, rad.
     pub angle: f64,
-    /// Length of the edge that cuts, m.
+    /// Length of the cutting edge in contact, m.
     pub edge: f64,
-    /// Mean chip thickness along it, m.
+    /// Mean chip thickness along the edge, m.
     pub thickness: f64,
 }
 
-/// Motor model: drives a node by its speed, or moves it as prescribed.
+/// Motor model: torque–speed curve or prescribed motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MotorModel {
-    /// A torque over speed, following at once or late.
+    /// Torque–speed curve with optional first-order lag.
     Curve {
-        /// The torque.
+        /// Torque–speed curve.
         curve: TorqueSpeedCurve,
         /// Electrical lag, s; zero: none.
         lag: f64,
     },
-    /// The speed itself, rad/s.
+    /// Prescribed speed, rad/s.
     Speed(MotionProfile),
-    /// The angle itself, rad.
+    /// Prescribed angle, rad.
     Angle(MotionProfile),
 }
 
-/// A motion prescribed over time: `x(t) + a cos(ω t + φ)`.
+/// Prescribed motion over time: `x(t) + a cos(ω t + φ)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionProfile {
-    /// x: straight lines through points: s, rad or rad/s.
+    /// Linear interpolation x(t) of points: s, rad or rad/s.
     pub points: Vec<(f64, f64)>,
     /// Oscillation about the mean.
     pub oscillation: Option<Sinusoid>,
 }
 
-/// `amplitude cos(omega t + phase)`.
+/// Sinusoid `amplitude cos(omega t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sinusoid {
-    /// rad or rad/s.
+    /// Amplitude, rad or rad/s.
     pub amplitude: f64,
-    /// rad/s.
+    /// Angular frequency ω, rad/s.
     pub omega: f64,
-    /// rad.
+    /// Phase φ, rad.
     pub phase: f64,
 }
 
-/// Source of the phase angles of the waves.
+/// Source of the mesh phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MeshPhase {
-    /// From the motion itself.
+    /// Phase from the gear angles.
     #[default]
     Angle,
-    /// From the mean speeds: ψ = Ω t.
+    /// Phase from the mean speeds: ψ = Ω t.
     Speed,
 }
 
 /// Initial state of a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InitialState {
-    /// Nothing moves, nothing is wound up.
+    /// At standstill, without deflection.
     #[default]
     Rest,
-    /// At the mean speeds, wound up under the loads of the first instant.
+    /// At the mean speeds, with the static deflection under the initial loads.
     Steady,
 }

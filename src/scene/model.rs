@@ -12,18 +12,18 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 pub use crate::gear::hand::Hand;
 use crate::gear::load::load_table::LoadTable;
 
-/// A whole model file, read and checked value by value. Nothing is assembled yet.
+/// Parsed and validated model file, before assembly of the machine.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
-    /// Title of the machine, in one line; of a scene with a title of its own, that.
+    /// Title of the machine, one line; the title of a scene replaces it.
     pub title: String,
-    /// Who published the numbers, or how they were estimated.
+    /// Source of the values: publication or method of estimation.
     pub source: String,
-    /// Bodies; each one's name is its node.
+    /// Inertias; the name of each is the name of its node.
     pub inertias: Vec<Inertia>,
-    /// Shaft lengths.
+    /// Torsional shafts.
     pub shafts: Vec<Shaft>,
-    /// Rows of equal discs on equal shafts.
+    /// Chains of equal discs and equal shafts.
     pub chains: Vec<DiscChain>,
     /// Spur, helical, bevel and hypoid pairs.
     pub gear_pairs: Vec<GearPair>,
@@ -33,7 +33,7 @@ pub struct Model {
     pub planetaries: Vec<Planetary>,
     /// Belt and chain drives.
     pub belts: Vec<Belt>,
-    /// Bodies that screws move along.
+    /// Slides driven by screws.
     pub slides: Vec<Slide>,
     /// Screws and their nuts.
     pub screws: Vec<Screw>,
@@ -43,24 +43,24 @@ pub struct Model {
     pub bearings: Vec<Bearing>,
     /// Dampers.
     pub dampers: Vec<Damper>,
-    /// Torques on nodes; what lasts of them holds the contacts on one flank.
+    /// External torques and forces; their long-term values determine the flanks in contact.
     pub loads: Vec<Load>,
-    /// Motors that drive nodes by their speed.
+    /// Motors with a torque–speed curve or a prescribed motion.
     pub motors: Vec<Motor>,
-    /// Dry friction between nodes.
+    /// Brakes and clutches: dry friction between nodes.
     pub brakes: Vec<Brake>,
     /// Errors of gears, couplings, belts and screws.
     pub errors: Vec<DeclaredError>,
-    /// Damping of the whole machine.
+    /// Global damping of the machine.
     pub damping: GlobalDamping,
-    /// Mean speeds of named nodes, the first being the one `--speed` refers to.
+    /// Mean speeds of nodes; `--speed` replaces the first.
     pub speeds: Vec<MeanSpeed>,
-    /// Work that the machine cuts, where it is a generator.
+    /// Workpiece of a gear generator; `None` for other machines.
     pub work: Option<Arc<GeneratorWork>>,
 }
 
 impl Model {
-    /// Meshes that name a gear file, with the names of their elements and their contacts.
+    /// Meshes with a gear file: element name, mesh, contact parameters.
     pub fn gear_meshes(&self) -> Vec<(&Name, PairMesh, &ContactParameters)> {
         let pairs = self.gear_pairs.iter();
         let pairs = pairs.filter_map(|p| Some((&p.name, p.gear.clone()?, &p.contact)));
@@ -75,13 +75,13 @@ impl Model {
         pairs.chain(stages.flatten()).collect()
     }
 
-    /// The gear files, the generators that cut them and files of chips, each once.
+    /// Gear files, generator files and chip files of the model, without duplicates.
     pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
-        let mut all: Vec<Arc<SourceFile>> = Vec::new();
+        let mut files: Vec<Arc<SourceFile>> = Vec::new();
         for (_, mesh, _) in self.gear_meshes() {
             let source = &mesh.file().source;
-            if !all.contains(source) {
-                all.push(source.clone());
+            if !files.contains(source) {
+                files.push(source.clone());
             }
         }
         let generators = self.gear_pairs.iter().filter_map(|p| p.cut_on.as_ref());
@@ -90,20 +90,20 @@ impl Model {
         let worms = self.worm_pairs.iter().filter_map(|pair| pair.gear.as_ref());
         let generators = generators.map(|cut| &cut.source);
         for source in generators.chain(worms).chain(work).chain(chips) {
-            if !all.contains(source) {
-                all.push(source.clone());
+            if !files.contains(source) {
+                files.push(source.clone());
             }
         }
-        all
+        files
     }
 }
 
-/// Name and its place in the file.
+/// Name with its source span.
 #[derive(Debug, Clone)]
 pub struct Name {
     /// The name as written.
     pub text: String,
-    /// Place in the file.
+    /// Source span.
     pub span: SourceSpan,
 }
 
@@ -119,7 +119,7 @@ pub enum BranchEnd {
 /// Damping model of one branch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BranchDamping {
-    /// Not at all.
+    /// Undamped.
     #[default]
     None,
     /// Viscous coefficient, in the unit of the branch's stiffness times second.
@@ -130,12 +130,12 @@ pub enum BranchDamping {
     Factor(f64),
 }
 
-/// An inertia of the train. Its rotation `theta` always exists; other axes only where a bearing gives it one.
+/// Inertia of the train. Rotation `theta` always exists; a bearing along another axis adds that axis.
 #[derive(Debug, Clone)]
 pub struct Inertia {
-    /// The node.
+    /// Node name.
     pub name: Name,
-    /// Moment of inertia about its own axis, kg·m²; zero is a massless node.
+    /// Polar moment of inertia, kg·m²; zero: massless node.
     pub polar: f64,
     /// Mass, kg.
     pub mass: Option<f64>,
@@ -143,16 +143,16 @@ pub struct Inertia {
     pub diametral: Option<f64>,
 }
 
-/// A shaft length between two ends.
+/// Torsional shaft between two ends.
 #[derive(Debug, Clone)]
 pub struct Shaft {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both ends.
     pub between: [BranchEnd; 2],
-    /// Stiffness given or from geometry; absent: rigid.
+    /// Stiffness, stated or from the bar geometry; absent: rigid.
     pub body: Option<ShaftBody>,
-    /// Losses of each length.
+    /// Damping of each segment.
     pub loss: BranchDamping,
 }
 
@@ -161,40 +161,40 @@ pub struct Shaft {
 pub enum ShaftBody {
     /// Torsional stiffness, N·m/rad.
     Stiffness(f64),
-    /// A round bar cut in equal lengths.
+    /// Round bar divided into equal segments.
     Bar {
         /// Length, m.
         length: f64,
         /// Outer diameter, m.
         outer: f64,
-        /// Bore, m; zero where solid.
+        /// Bore diameter, m; zero: solid bar.
         inner: f64,
         /// Shear modulus, Pa.
         shear_modulus: f64,
         /// Density, kg/m³.
         density: f64,
-        /// Number of equal lengths it is cut into.
+        /// Number of equal segments.
         segments: usize,
-        /// Treatment of its own inertia.
+        /// Mass discretisation.
         mass: BarMass,
     },
 }
 
-/// Treatment of the inertia of a bar.
+/// Mass discretisation of a bar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BarMass {
-    /// Not at all.
+    /// Massless bar.
     None,
-    /// Half of each length at each of its ends.
+    /// Half the inertia of each segment at each of its ends.
     Lumped,
-    /// `ρIₚh/6 [[2, 1], [1, 2]]`, the exact kinetic energy of a linear shape.
+    /// Consistent mass matrix `ρIₚh/6 [[2, 1], [1, 2]]` of a linear shape function.
     Consistent,
 }
 
 /// Equal discs `name.1 … name.count` joined by equal shafts.
 #[derive(Debug, Clone)]
 pub struct DiscChain {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Number of discs.
     pub count: usize,
@@ -202,79 +202,79 @@ pub struct DiscChain {
     pub polar: f64,
     /// Stiffness of each shaft, N·m/rad.
     pub stiffness: f64,
-    /// One more equal shaft from the first disc to ground.
+    /// A further equal shaft connects the first disc to ground.
     pub start_fixed: bool,
-    /// One more equal shaft from the last disc to ground.
+    /// A further equal shaft connects the last disc to ground.
     pub end_fixed: bool,
-    /// Losses of each shaft.
+    /// Damping of each shaft.
     pub loss: BranchDamping,
 }
 
 /// Contact parameters of teeth or coupling halves: along the tooth normal, in N and m, or the twist, in N·m and rad.
 #[derive(Debug, Clone)]
 pub struct ContactParameters {
-    /// Stiffness; absent: rigid.
+    /// Stiffness, N/m or N·m/rad; absent: rigid.
     pub stiffness: Option<f64>,
-    /// Losses.
+    /// Damping.
     pub loss: BranchDamping,
-    /// Play, flank to flank.
+    /// Backlash from flank to flank, m or rad.
     pub backlash: f64,
-    /// Damping law of the contact as it opens.
+    /// Damping law of the opening and closing contact.
     pub damping_model: Option<ContactDamping>,
-    /// The stiffness over one mesh cycle, as a factor.
+    /// Relative stiffness over one mesh cycle.
     pub wave: Option<StiffnessVariation>,
-    /// Force over deflection, where it is not linear; `stiffness` is then its secant at the rated deflection.
+    /// Nonlinear force–deflection characteristic; `stiffness` is its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
-    /// Flanks as computed from a gear file, next to `wave`.
+    /// Flank data computed from a gear file, in addition to `wave`.
     pub flanks: Option<MeshFlanks>,
 }
 
 impl ContactParameters {
-    /// Shifts the phase of all that goes by the mesh cycle, rad.
-    pub fn shift_phase(&mut self, by: f64) {
+    /// Shifts the phase of all mesh-cycle functions by `shift`, rad.
+    pub fn shift_phase(&mut self, shift: f64) {
         if let Some(wave) = &mut self.wave {
-            wave.phase += by;
+            wave.phase += shift;
         }
         if let Some(flanks) = &mut self.flanks {
-            flanks.phase += by;
+            flanks.phase += shift;
             if let Some(MeshSprings::ToothPairs(pairs)) = &mut flanks.springs {
                 let springs = pairs.flanks.iter_mut();
-                springs.for_each(|spring| spring.phase += by);
+                springs.for_each(|spring| spring.phase += shift);
             }
         }
     }
 }
 
-/// Transmission error of the flanks that carry, over one mesh cycle, and what motions take in place of one spring.
+/// Transmission errors of the loaded flanks over one mesh cycle, with the load-dependent springs of the mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFlanks {
-    /// Transmission error without load along the branch, m: with the stiffness over the cycle it gives that under load.
+    /// Unloaded transmission error along the branch, m, for use with the periodic mesh stiffness.
     pub unloaded_te: Waveform,
-    /// Transmission error under load beyond what the mean stiffness gives way, m: for a stiffness that is averaged.
+    /// Loaded transmission error less the deflection of the mean stiffness, m, for use with the averaged stiffness.
     pub averaged_te: Waveform,
-    /// Phase of both at zero gear angles, rad of the mesh cycle.
+    /// Common phase of both waveforms at zero gear angles, rad of the mesh cycle.
     pub phase: f64,
-    /// The coast flanks carry.
+    /// The coast flanks carry the load.
     pub is_coast: bool,
-    /// Springs that follow the load.
+    /// Load-dependent springs.
     pub springs: Option<MeshSprings>,
 }
 
-/// Springs of a mesh whose force follows the load, for methods that locate events.
+/// Load-dependent springs of a mesh, for methods that locate events.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshSprings {
-    /// One-sided springs of the tooth pairs, where there is play.
+    /// One-sided springs of the tooth pairs, for a mesh with backlash.
     ToothPairs(ToothPairs),
-    /// Force over the mean stiffness, m, over the deflection, m, by the phase of the stiffness variation.
+    /// Force divided by the mean stiffness, m, as a table over deflection, m, and phase of the stiffness variation.
     LoadTable(Arc<LoadTable>),
 }
 
-/// The tooth pairs of a mesh that can touch, one behind the other by a mesh cycle.
+/// Tooth pairs of a mesh in possible contact, spaced by one mesh cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToothPairs {
-    /// Number of pairs; the curves of each have a period of so many mesh cycles.
+    /// Number of tooth pairs, equal to the period of their curves in mesh cycles.
     pub count: u32,
-    /// Pairs that carry in the mean: the total contact ratio.
+    /// Mean number of pairs in contact: the total contact ratio.
     pub carrying: f64,
     /// Curves of a pair on the drive flanks and on the coast flanks.
     pub flanks: [PairSpring; 2],
@@ -283,53 +283,53 @@ pub struct ToothPairs {
 /// One tooth pair as a one-sided spring.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairSpring {
-    /// Stiffness as a factor of the mean stiffness of the mesh.
+    /// Stiffness relative to the mean mesh stiffness.
     pub stiffness: Waveform,
-    /// Gap beyond half the play, m.
+    /// Gap in excess of half the backlash, m.
     pub gap: Waveform,
-    /// Phase of both at zero gear angles, rad of the mesh cycle.
+    /// Common phase of both waveforms at zero gear angles, rad of the mesh cycle.
     pub phase: f64,
 }
 
-/// Stiffness of a mesh over its cycle, as a factor.
+/// Periodic mesh stiffness, relative to the branch stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StiffnessVariation {
-    /// One mesh cycle; its mean need not be one.
+    /// Factor over one mesh cycle; a mean other than 1 is allowed.
     pub waveform: Waveform,
     /// Phase of the mesh at zero gear angles, rad of the mesh cycle.
     pub phase: f64,
 }
 
-/// Work of a generator.
+/// Workpiece of a gear generator.
 #[derive(Debug)]
 pub struct GeneratorWork {
-    /// The pair of which it cuts a member.
+    /// Bevel pair of the workpiece.
     pub bevel: BevelFile,
-    /// The member that is cut: 0 pinion, 1 gear.
+    /// Member being cut: 0 pinion, 1 gear.
     pub member: usize,
     /// Node of the cradle.
     pub cradle: Name,
     /// Node of the work.
     pub work: Name,
-    /// Node of the cutter, where it is named.
+    /// Node of the cutter, if named.
     pub cutter: Option<Name>,
-    /// Place of the file's name.
+    /// Source span of the file name.
     pub span: SourceSpan,
 }
 
-/// The model or scene of a generator that a pair names.
+/// Generator model or scene referenced by a gear pair.
 #[derive(Debug, Clone)]
 pub struct CutOn {
     /// The file.
     pub source: Arc<SourceFile>,
-    /// Place of its name.
+    /// Source span of the file name.
     pub span: SourceSpan,
 }
 
-/// A pair of spur, helical, bevel or hypoid gears; all are one direction in space.
+/// Pair of spur, helical, bevel or hypoid gears, in contact along one tooth normal.
 #[derive(Debug, Clone)]
 pub struct GearPair {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both gears.
     pub between: [Name; 2],
@@ -347,13 +347,13 @@ pub struct GearPair {
     pub cone_angles: [f64; 2],
     /// Hand of the first gear.
     pub hand: Hand,
-    /// Angle of the mesh round each gear's axis, from its x to its y, rad.
+    /// Angular position of the mesh about each gear axis, from x to y, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: ContactParameters,
-    /// Dry friction along the teeth.
+    /// Dry friction of the tooth flanks.
     pub friction: Option<ToothFriction>,
-    /// The gear file that the pair follows.
+    /// Gear file with the tooth geometry of the pair.
     pub gear: Option<PairMesh>,
     /// The generator on which a member of the pair is cut.
     pub cut_on: Option<CutOn>,
@@ -362,7 +362,7 @@ pub struct GearPair {
 /// A worm and its wheel on crossed axes at right angles.
 #[derive(Debug, Clone)]
 pub struct WormPair {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Worm, wheel.
     pub between: [Name; 2],
@@ -378,15 +378,15 @@ pub struct WormPair {
     pub hand: Hand,
     /// Coefficient of friction of the flanks; absent: no losses.
     pub friction: Option<f64>,
-    /// Angle of the mesh round each member's axis, rad.
+    /// Angular position of the mesh about the axis of each member, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: ContactParameters,
-    /// The gear file that determines it.
+    /// Gear file with the tooth geometry of the pair.
     pub gear: Option<Arc<SourceFile>>,
 }
 
-/// A planetary stage. Members are nodes or ground; planets are made by the stage.
+/// Planetary stage. Members are nodes or ground; the stage creates its planets.
 #[derive(Debug, Clone)]
 pub struct Planetary {
     /// The element; its planets are `name.planet_1 …`.
@@ -397,13 +397,13 @@ pub struct Planetary {
     pub ring: BranchEnd,
     /// Carrier.
     pub carrier: BranchEnd,
-    /// Radii.
+    /// Tooth numbers or base radii.
     pub size: PlanetaryGeometry,
     /// Pressure angle at the sun and at the ring, rad.
     pub pressure_angles: [f64; 2],
     /// Angular position of each planet, rad; its length is the number of planets.
     pub positions: Vec<f64>,
-    /// Inertia of one planet about its own axis, kg·m².
+    /// Polar moment of inertia of one planet, kg·m².
     pub planet_polar: f64,
     /// Mass of one planet, kg.
     pub planet_mass: Option<f64>,
@@ -413,18 +413,18 @@ pub struct Planetary {
     pub ring_contact: ContactParameters,
     /// Radial and tangential stiffness of one planet's bearing, N/m; absent: rigid.
     pub planet_bearing: Option<f64>,
-    /// Losses of the planets' bearings.
+    /// Damping of the planet bearings.
     pub bearing_loss: BranchDamping,
-    /// Planets move along x and y too, described in the carrier's frame, as do sun, ring and carrier where supported.
+    /// Planets have degrees of freedom x and y in the carrier frame; so have sun, ring and carrier where supported.
     pub lateral: bool,
-    /// Gear files of sun and planet and of planet and ring that the stage follows.
+    /// Gear files of the sun–planet mesh and of the planet–ring mesh.
     pub gears: Option<[Arc<GearMesh>; 2]>,
 }
 
-/// Radii of a planetary stage.
+/// Tooth numbers or base radii of a planetary stage.
 #[derive(Debug, Clone, Copy)]
 pub enum PlanetaryGeometry {
-    /// Tooth numbers of sun, planet, ring and the modules in the transverse plane, m; these are absent where only ratios matter.
+    /// Tooth numbers of sun, planet, ring and transverse modules, m; modules are absent where only ratios matter.
     Teeth {
         /// Sun, planet, ring.
         teeth: [u32; 3],
@@ -435,78 +435,78 @@ pub enum PlanetaryGeometry {
     Radii {
         /// Sun, planet, ring.
         base: [f64; 3],
-        /// Radius of the planets' centres.
+        /// Radius of the planet centres, m.
         carrier: f64,
     },
 }
 
-/// A belt or a chain between two pulleys turning the same way (crossed: opposite ways).
+/// Belt or chain drive between two pulleys with the same sense of rotation (crossed: opposite senses).
 #[derive(Debug, Clone)]
 pub struct Belt {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both pulleys.
     pub between: [Name; 2],
     /// Effective radius of each pulley, m.
     pub radii: [f64; 2],
-    /// Whole numbers in the ratio of the radii: teeth of a timing belt or chain, or radii in nanometres.
+    /// Integers in the ratio of the radii: teeth of a timing belt or chain, or radii in nm.
     pub ratio_integers: [u64; 2],
     /// The belt is crossed.
     pub crossed: bool,
     /// Stiffness of both strands together along the belt, N/m; absent: rigid.
     pub stiffness: Option<f64>,
-    /// Losses.
+    /// Damping.
     pub loss: BranchDamping,
 }
 
-/// A body that moves along `z` and does not turn.
+/// Body that translates along `z` without rotation.
 #[derive(Debug, Clone)]
 pub struct Slide {
-    /// The node.
+    /// Node name.
     pub name: Name,
-    /// Mass, kg; zero is a massless node.
+    /// Mass, kg; zero: massless node.
     pub mass: f64,
 }
 
-/// A screw and its nut: one of them turns, the other, or what carries it, slides by the lead a turn.
+/// Screw and nut: rotation of one translates the slide by the lead per revolution.
 #[derive(Debug, Clone)]
 pub struct Screw {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Rotating node and sliding node.
     pub between: [Name; 2],
-    /// Travel a turn, nm: a whole number, so that ratios stay exact.
+    /// Lead per revolution, nm; an integer makes ratios exact.
     pub lead: u64,
-    /// Right: the slide goes forward while the screw turns forward.
+    /// Hand of the thread; right: forward rotation moves the slide forward.
     pub hand: Hand,
-    /// Along the axis, N/m.
+    /// Axial contact parameters, N and m.
     pub contact: ContactParameters,
 }
 
 /// A torsional coupling.
 #[derive(Debug, Clone)]
 pub struct Coupling {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both ends.
     pub between: [BranchEnd; 2],
-    /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form. Without one the halves are rigid,
-    /// or, where there are Maxwell elements, joined by these alone.
+    /// Torsional contact parameters, N·m and rad; a negative stiffness excludes the factored form. Without a stiffness the halves
+    /// are rigid, or connected by the Maxwell elements alone.
     pub contact: ContactParameters,
-    /// Springs and dampers in series next to it, as rubber has them: N·m/rad, N·m·s/rad.
+    /// Parallel Maxwell elements, for rubber: spring, N·m/rad, in series with damper, N·m·s/rad.
     pub maxwell: Vec<[f64; 2]>,
 }
 
-/// Axes of a node.
+/// Axis of a degree of freedom at a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Axis {
     /// Rotation about the shaft, rad.
     Theta,
-    /// Across the shaft, m.
+    /// Lateral displacement along x, m.
     X,
-    /// Across the shaft, m.
+    /// Lateral displacement along y, m.
     Y,
-    /// Along the shaft, m.
+    /// Axial displacement, m.
     Z,
     /// Tilt about x, rad.
     TiltX,
@@ -525,7 +525,7 @@ impl Axis {
         Axis::TiltY,
     ];
 
-    /// The word for it in `node.axis`.
+    /// Axis name, as in `node.axis`.
     pub fn name(self) -> &'static str {
         match self {
             Axis::Theta => "theta",
@@ -537,7 +537,7 @@ impl Axis {
         }
     }
 
-    /// A rotation, so that its inertia is a moment of inertia.
+    /// True for a rotation; its inertia is a moment of inertia.
     pub fn is_rotation(self) -> bool {
         matches!(self, Axis::Theta | Axis::TiltX | Axis::TiltY)
     }
@@ -546,62 +546,62 @@ impl Axis {
 /// A bearing or support of one node against ground, or of two nodes against each other.
 #[derive(Debug, Clone)]
 pub struct Bearing {
-    /// The element.
+    /// Element name.
     pub name: Name,
-    /// Node, and the end that supports it.
+    /// Supported node and supporting end.
     pub between: [BranchEnd; 2],
     /// Stiffness `(row, column, value)`: force along the row axis for a unit displacement along the column axis, SI.
-    /// Direct terms have both axes equal; the rest are cross terms, symmetric only if both are listed equal.
+    /// Direct terms have equal axes; all others are cross-coupling terms, symmetric only if both are listed with equal values.
     pub stiffness: Vec<(Axis, Axis, f64)>,
     /// Damping in the same form.
     pub damping: Vec<(Axis, Axis, f64)>,
-    /// Losses of its stiffness, where no damping is given.
+    /// Damping model of the stiffness, used without `damping`.
     pub loss: BranchDamping,
     /// Dry friction on the rotation.
     pub friction: Option<BearingFriction>,
 }
 
-/// Friction of a bearing: `T = T₀ + μ r F`, F its radial load.
+/// Bearing friction torque `T = T₀ + μ r F`, F the radial load.
 #[derive(Debug, Clone)]
 pub struct BearingFriction {
-    /// For a capacity of one N·m.
+    /// Friction law for a capacity of 1 N·m.
     pub law: FrictionLaw,
-    /// T₀ with what constant loads add, N·m.
+    /// T₀ including the friction of constant loads, N·m.
     pub constant: f64,
-    /// μ r, m; zero where nothing of the machine's own forces loads it.
+    /// μ r, m; zero where no force of the machine loads the bearing.
     pub coefficient: f64,
-    /// The pair whose tooth force loads it, and the share it takes; its own forces where absent.
+    /// Pair whose tooth force loads the bearing, with the share; absent: the support forces of the bearing.
     pub loaded_by: Option<(Name, f64)>,
 }
 
 /// A viscous damper on the rotation of a node against ground, or of two nodes against each other.
 #[derive(Debug, Clone)]
 pub struct Damper {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both ends.
     pub between: [BranchEnd; 2],
-    /// N·m·s/rad.
+    /// Viscous coefficient, N·m·s/rad.
     pub coefficient: f64,
 }
 
-/// A torque on a node that turns, or a force on one that slides.
+/// External torque on a rotating node, or external force on a slide.
 #[derive(Debug, Clone)]
 pub struct Load {
-    /// The node.
+    /// Node name.
     pub at: Name,
-    /// It is a force.
+    /// True for a force, false for a torque.
     pub is_force: bool,
-    /// N·m or N over time.
+    /// Load over time, N·m or N.
     pub history: LoadHistory,
 }
 
-/// Motor that drives a node by its speed.
+/// Motor at a node: torque–speed curve or prescribed motion.
 #[derive(Debug, Clone)]
 pub struct Motor {
-    /// The element.
+    /// Element name.
     pub name: Name,
-    /// The node.
+    /// Node name.
     pub at: Name,
     /// Motor model.
     pub drive: MotorModel,
@@ -610,64 +610,64 @@ pub struct Motor {
 /// Dry friction on the rotation of a node against ground, or of two nodes against each other.
 #[derive(Debug, Clone)]
 pub struct Brake {
-    /// The element.
+    /// Element name.
     pub name: Name,
     /// Both ends.
     pub between: [BranchEnd; 2],
-    /// N·m and rad/s; of a clutch at its largest capacity.
+    /// Friction law, N·m and rad/s; for a clutch at its largest capacity.
     pub friction: FrictionLaw,
-    /// The share of that capacity over time, s; always all of it by default.
+    /// Share of the largest capacity over time; default: 1.
     pub capacity_history: Option<LoadHistory>,
 }
 
-/// An error of an element that repeats with its turn.
+/// Geometric error of an element, periodic in its rotation.
 #[derive(Debug, Clone)]
 pub struct DeclaredError {
-    /// A gear's node; a coupling, a belt or a screw.
+    /// Node of the gear, or name of the coupling, belt or screw.
     pub on: Name,
-    /// Only in this element's meshes; in all of the gear's by default.
+    /// Element whose meshes have the error; default: all meshes of the gear.
     pub mesh: Option<Name>,
     /// Cause of the error.
     pub cause: ErrorCause,
     /// Size of the error.
     pub size: ErrorDefinition,
-    /// True for a known phase in the turn; else the phases of `size` are no more than initial values.
+    /// True for a known phase; otherwise the phases of `size` are only initial values.
     pub phase_known: bool,
-    /// Half the width of what the amplitude may be, relative to it.
+    /// Relative tolerance ± of the amplitude.
     pub tolerance: f64,
 }
 
 /// Cause of an error, which determines its transfer to the line of action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorCause {
-    /// Anything, as surplus along the line of action.
+    /// Any deviation, as excess material along the line of action.
     Form,
-    /// The gear's pitch circle next to its bore: a vector that turns with it.
+    /// Eccentricity of the pitch circle relative to the bore: a rotating vector.
     Eccentricity,
-    /// The gear's seat next to its shaft: a vector that turns with it.
+    /// Eccentricity of the gear seat relative to the shaft: a rotating vector.
     SeatEccentricity,
-    /// The shaft next to its bearings: a vector that turns with it.
+    /// Run-out of the shaft relative to its bearings: a rotating vector.
     RunOut,
-    /// Pitch deviations added up, as arcs of the pitch circle.
+    /// Cumulative pitch deviations, as arcs of the pitch circle.
     CumulativePitch,
-    /// Pitch deviations one by one, as arcs of the pitch circle.
+    /// Single pitch deviations, as arcs of the pitch circle.
     SinglePitch,
-    /// Profiles, as surplus along the line of action.
+    /// Profile deviation, as excess material along the line of action.
     Profile,
-    /// Tooth-to-tooth deviation other than pitch, as surplus along the line of action.
+    /// Tooth-to-tooth deviation other than pitch, as excess material along the line of action.
     ToothForm,
-    /// A worm moves along its axis.
+    /// Axial displacement of a worm.
     Axial,
-    /// The axes of a coupling's ends, not in line: two cycles a turn.
+    /// Angle between the axes of a coupling: two cycles per revolution.
     Misalignment,
-    /// The joint of a belt, once a turn of the belt.
+    /// Joint of a belt: one cycle per revolution of the belt.
     BeltJoint,
-    /// The lead of a screw.
+    /// Lead deviation of a screw.
     Lead,
 }
 
 impl ErrorCause {
-    /// Every cause by its word.
+    /// All causes with their keywords.
     pub const WORDS: &'static [(&'static str, ErrorCause)] = &[
         ("form", ErrorCause::Form),
         ("eccentricity", ErrorCause::Eccentricity),
@@ -683,13 +683,13 @@ impl ErrorCause {
         ("lead", ErrorCause::Lead),
     ];
 
-    /// The word for it in files.
+    /// Keyword of the cause in files.
     pub fn name(self) -> &'static str {
-        let word = ErrorCause::WORDS.iter().find(|word| word.1 == self);
-        word.map_or("", |word| word.0)
+        let entry = ErrorCause::WORDS.iter().find(|entry| entry.1 == self);
+        entry.map_or("", |entry| entry.0)
     }
 
-    /// A vector that turns with the gear.
+    /// True for a vector that rotates with the gear.
     pub fn is_offset(self) -> bool {
         matches!(
             self,
@@ -697,7 +697,7 @@ impl ErrorCause {
         )
     }
 
-    /// Teeth out of their places round the gear.
+    /// True for pitch deviations.
     pub fn is_pitch(self) -> bool {
         matches!(self, ErrorCause::CumulativePitch | ErrorCause::SinglePitch)
     }
@@ -710,7 +710,7 @@ impl ErrorCause {
         )
     }
 
-    /// Too much or too little material on a flank, so that the other flank has its own.
+    /// True for a deviation of one flank, independent of the opposite flank.
     pub fn is_flank_specific(self) -> bool {
         matches!(
             self,
@@ -719,43 +719,43 @@ impl ErrorCause {
     }
 }
 
-/// Size of an error: in m, of a misaligned coupling in rad.
+/// Size of a geometric error, m; rad for a misaligned coupling.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ErrorDefinition {
-    /// n, a, φ of `a cos(n θ + φ)`, n cycles a turn.
+    /// Terms `a cos(n θ + φ)` as n, a, φ, with n cycles per revolution.
     Orders(Vec<(u32, f64, f64)>),
-    /// The same, n cycles a tooth.
+    /// Terms n, a, φ with n cycles per tooth.
     Mesh(Vec<(u32, f64, f64)>),
-    /// Equally spaced values over one turn.
+    /// Equally spaced values over one revolution.
     Table(Vec<f64>),
     /// Tolerance of a grade of ISO 1328-1:1995.
     Grade {
-        /// 0 to 12.
+        /// Grade, 0 to 12.
         grade: u32,
-        /// rad.
+        /// Phase, rad.
         phase: f64,
     },
     /// Angle between the axes of a joint, rad.
     Tilt {
-        /// rad.
+        /// Angle β, rad.
         angle: f64,
         /// Phase of the joint, rad.
         phase: f64,
     },
     /// Amplitude and length of a belt, m, and the phase of its joint, rad.
     Joint {
-        /// m along the belt.
+        /// Amplitude along the belt, m.
         amplitude: f64,
-        /// m.
+        /// Belt length, m.
         length: f64,
-        /// rad of the belt's turn.
+        /// Phase of the joint, rad of the belt revolution.
         phase: f64,
     },
     /// Equally spaced values from one end of a travel to the other.
     Travel {
-        /// m.
+        /// Lead deviations, m.
         values: Vec<f64>,
-        /// m.
+        /// Length of the travel, m.
         travel: f64,
     },
 }
@@ -763,29 +763,29 @@ pub enum ErrorDefinition {
 /// A mean speed of a node.
 #[derive(Debug, Clone)]
 pub struct MeanSpeed {
-    /// The node.
+    /// Node name.
     pub at: Name,
-    /// rad/s.
+    /// Mean speed, rad/s.
     pub speed: f64,
 }
 
-/// Damping that belongs to no element.
+/// Global damping: Rayleigh coefficients and modal damping ratios.
 #[derive(Debug, Clone, Default)]
 pub struct GlobalDamping {
-    /// Rayleigh's mass-proportional part, 1/s.
+    /// Rayleigh coefficient of the mass matrix, 1/s.
     pub mass: f64,
-    /// Rayleigh's stiffness-proportional part, s.
+    /// Rayleigh coefficient of the stiffness matrix, s.
     pub stiffness: f64,
-    /// Damping ratio of each elastic mode in rising order; the last one holds for all above.
+    /// Damping ratio of each elastic mode in ascending order of frequency; the last ratio applies to all higher modes.
     pub modal: Vec<f64>,
-    /// Damping law of open contacts, by default for every element.
+    /// Default damping law of opening and closing contacts.
     pub contacts: Option<ContactDamping>,
-    /// Place in the file.
+    /// Source span.
     pub span: Option<SourceSpan>,
 }
 
 impl GlobalDamping {
-    /// Some mode has a damping ratio of its own.
+    /// True if any modal damping ratio is nonzero.
     pub fn is_modal(&self) -> bool {
         self.modal.iter().any(|&zeta| zeta != 0.0)
     }

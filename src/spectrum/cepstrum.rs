@@ -1,7 +1,7 @@
 //! Real cepstrum `c(τ) = F⁻¹{ln |X|}`: harmonic families and echoes become single peaks.
 //!
 //! A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), chapter 13; the power cepstrum and its words
-//! (quefrency, rahmonic, lifter) after B. P. Bogert, M. J. R. Healy, J. W. Tukey (1963); editing with the phase kept after
+//! (quefrency, rahmonic, lifter) after B. P. Bogert, M. J. R. Healy, J. W. Tukey (1963); editing with unchanged phase after
 //! R. B. Randall, N. Sawalhi, A new method for separating discrete components from a signal, Sound and Vibration 45 (2011), no. 5, 6–9.
 
 use super::validation::{check_positive, check_samples};
@@ -11,32 +11,32 @@ use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 use crate::numeric::parabola;
 
-/// Lines of a power spectrum this far below the strongest are rounding, and are taken to lie here: their logarithm means nothing.
+/// Lower limit of a power spectrum relative to its strongest line; the logarithm of smaller values is rounding.
 const LOG_FLOOR: f64 = 1e-30;
 
-/// The real cepstrum of a slice, for quefrencies from zero to half its length.
+/// Real cepstrum of a signal, for quefrencies from zero to half its length.
 #[derive(Debug, Clone)]
 pub struct Cepstrum {
-    /// Quefrency between two values, s: one over the sample rate.
+    /// Quefrency step, s: the sample interval.
     pub step_s: f64,
-    /// `c(τ)`, neper.
+    /// Real cepstrum `c(τ)`, neper.
     pub real: Vec<f64>,
 }
 
-/// Lines next to 0 Hz that a mean taken off and a window leave, in an averaged spectrum.
+/// Number of lines at 0 Hz distorted by removal of the mean and by the window, in an averaged spectrum.
 const DC_LINES: usize = 3;
 
-/// A peak and its multiples.
+/// Rahmonic family: a cepstral peak and its multiples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rahmonics {
-    /// Quefrency of the first, s, to a part of a sample: the spacing of the family of lines is its inverse.
+    /// Interpolated quefrency of the first rahmonic, s: the inverse of the line spacing of the family.
     pub quefrency_s: f64,
-    /// Height of the first, second, … neper.
+    /// Heights of the first, second, … rahmonic, neper.
     pub height: Vec<f64>,
 }
 
 impl Cepstrum {
-    /// Cepstrum of a slice, taken as one period of a periodic signal.
+    /// Cepstrum of one period of a periodic signal.
     ///
     /// # Errors
     /// Fewer than four samples, samples not finite, a signal that is zero.
@@ -53,8 +53,8 @@ impl Cepstrum {
         })
     }
 
-    /// Cepstrum of a one-sided power spectral density averaged over blocks of `samples` samples: window and averages keep the lines of a
-    /// family apart and clear of the noise between them, which the logarithm of a single transform lifts to their height.
+    /// Cepstrum of a one-sided power spectral density averaged over blocks of `samples` samples. Window and averages separate the lines of
+    /// a family from the noise between them, which the logarithm of a single transform would raise to their height.
     ///
     /// # Errors
     /// Fewer than eight samples a block, a density that does not belong to them or is zero.
@@ -64,12 +64,12 @@ impl Cepstrum {
             let message = format!("{} lines of blocks of {samples} samples", density.len());
             return Err(Error::new(Code::TooShort, message).with_hint("take longer blocks"));
         }
-        let inner = density[DC_LINES];
+        let replacement = density[DC_LINES];
         let amplitude = |(k, s): (usize, &f64)| {
-            let density = if k < DC_LINES { inner } else { *s };
-            // The last line of an even number of samples stands alone, the others for two.
-            let once = if 2 * k == samples { 1.0 } else { 0.5 };
-            Complex::new((once * density).sqrt(), 0.0)
+            let density = if k < DC_LINES { replacement } else { *s };
+            // The Nyquist line of an even number of samples is single; the other lines contain two sides.
+            let factor = if 2 * k == samples { 1.0 } else { 0.5 };
+            Complex::new((factor * density).sqrt(), 0.0)
         };
         let spectrum: Vec<Complex> = density.iter().enumerate().map(amplitude).collect();
         let mut values = log_amplitude(&spectrum)?;
@@ -82,14 +82,14 @@ impl Cepstrum {
         })
     }
 
-    /// Noise level around a quefrency, neper: standard deviation by the median of the sizes from half of it to twice it.
+    /// Noise level around a quefrency, neper: standard deviation by the median absolute value from half of it to twice it.
     pub fn noise_std(&self, quefrency_s: f64) -> f64 {
-        /// The median of |x| over the standard deviation, of the normal distribution.
+        /// Ratio of the median of |x| to the standard deviation of the normal distribution.
         const MEDIAN_TO_STD: f64 = 0.674_489_750_196_081_7;
-        let at = |part: f64| (part * quefrency_s / self.step_s).round() as usize;
+        let index_at = |factor: f64| (factor * quefrency_s / self.step_s).round() as usize;
         let end = self.real.len();
-        let near = &self.real[at(0.5).min(end)..(at(2.0) + 1).min(end)];
-        let mut sizes: Vec<f64> = near.iter().map(|c| c.abs()).collect();
+        let range = &self.real[index_at(0.5).min(end)..(index_at(2.0) + 1).min(end)];
+        let mut sizes: Vec<f64> = range.iter().map(|c| c.abs()).collect();
         let middle = sizes.len() / 2;
         match sizes.is_empty() {
             true => 0.0,
@@ -97,26 +97,26 @@ impl Cepstrum {
         }
     }
 
-    /// The power cepstrum `|F⁻¹{ln |X|²}|² = 4c²`.
+    /// Power cepstrum `|F⁻¹{ln |X|²}|² = 4c²`.
     pub fn power(&self) -> Vec<f64> {
         self.real.iter().map(|c| 4.0 * c * c).collect()
     }
 
-    /// Quefrencies, s.
+    /// Quefrency axis, s.
     pub fn quefrency_s(&self) -> Vec<f64> {
         (0..self.real.len())
             .map(|j| j as f64 * self.step_s)
             .collect()
     }
 
-    /// The highest peak between two quefrencies, s, with up to `number` of its multiples; nothing where no peak lies between them.
+    /// Highest peak between two quefrencies, s, with up to `number` of its multiples; `None` without a peak in the range.
     ///
-    /// Each multiple is looked for where the last one leads to, so that the first quefrency is known to a sample over the number of
-    /// multiples found.
+    /// Each multiple is searched at the quefrency predicted by the last one. The uncertainty of the first quefrency is a sample over the
+    /// number of multiples.
     pub fn rahmonics(&self, low_s: f64, high_s: f64, number: usize) -> Option<Rahmonics> {
         let c = &self.real;
-        let peak = |from: usize, to: usize| {
-            (from.max(1)..(to + 1).min(c.len().saturating_sub(1)))
+        let peak = |start: usize, end: usize| {
+            (start.max(1)..(end + 1).min(c.len().saturating_sub(1)))
                 .filter(|&j| c[j] >= c[j - 1] && c[j] >= c[j + 1] && c[j] > 0.0)
                 .max_by(|&a, &b| c[a].total_cmp(&c[b]))
         };
@@ -125,15 +125,15 @@ impl Cepstrum {
         let mut height = vec![first.1];
         for k in 2..=number {
             let expected = first.0 * k as f64;
-            let reach = 1.0; // the last one is known to half a sample at worst, and moves by its own part k/(k − 1)
-            let found = peak(
-                (expected - reach).round() as usize,
-                (expected + reach).round() as usize,
+            let margin = 1.0; // samples: the last one is known to half a sample, scaled by k/(k − 1)
+            let position = peak(
+                (expected - margin).round() as usize,
+                (expected + margin).round() as usize,
             );
-            let Some(at) = found else { break };
-            let (place, top) = refined(c, at);
-            first.0 = place / k as f64;
-            height.push(top);
+            let Some(j) = position else { break };
+            let (quefrency, peak_height) = refined(c, j);
+            first.0 = quefrency / k as f64;
+            height.push(peak_height);
         }
         Some(Rahmonics {
             quefrency_s: first.0 * self.step_s,
@@ -142,29 +142,29 @@ impl Cepstrum {
     }
 }
 
-/// The signal whose cepstrum is that of `samples` times `keep(quefrency)`, s, with the phases kept: `keep` zero but for quefrency zero
-/// leaves a spectrum of one height (whitening), zero at one family of rahmonics takes that family of lines out.
+/// Liftered signal: the cepstrum of `samples` is multiplied by `gain(quefrency)`, s, with unchanged phases. A gain of zero except
+/// at quefrency zero whitens the spectrum; a gain of zero at one family of rahmonics removes that family of lines.
 ///
 /// # Errors
 /// As [`Cepstrum::new`].
-pub fn lifter(samples: &[f64], rate_hz: f64, keep: impl Fn(f64) -> f64) -> Result<Vec<f64>, Error> {
+pub fn lifter(samples: &[f64], rate_hz: f64, gain: impl Fn(f64) -> f64) -> Result<Vec<f64>, Error> {
     check_positive(rate_hz, "the sample rate, Hz,")?;
     let n = samples.len();
     let (mut fft, spectrum) = transform(samples)?;
     let mut values = log_amplitude(&spectrum)?;
-    let old: Vec<f64> = values.iter().map(|z| z.re).collect();
+    let log_before: Vec<f64> = values.iter().map(|z| z.re).collect();
     let mut cepstrum = vec![0.0; n];
     fft.inverse(&mut values, &mut cepstrum);
     for (j, c) in cepstrum.iter_mut().enumerate() {
-        *c *= keep(j.min(n - j) as f64 / rate_hz);
+        *c *= gain(j.min(n - j) as f64 / rate_hz);
     }
     fft.forward(&mut cepstrum, &mut values);
-    for ((z, x), old) in values.iter_mut().zip(&spectrum).zip(old) {
-        *z = x * (z.re - old).exp();
+    for ((z, x), log_before) in values.iter_mut().zip(&spectrum).zip(log_before) {
+        *z = x * (z.re - log_before).exp();
     }
-    let mut out = vec![0.0; n];
-    fft.inverse(&mut values, &mut out);
-    Ok(out)
+    let mut liftered = vec![0.0; n];
+    fft.inverse(&mut values, &mut liftered);
+    Ok(liftered)
 }
 
 fn transform(samples: &[f64]) -> Result<(RealFft, Vec<Complex>), Error> {
@@ -175,7 +175,7 @@ fn transform(samples: &[f64]) -> Result<(RealFft, Vec<Complex>), Error> {
     Ok((fft, spectrum))
 }
 
-/// `ln |X|`, not below the floor.
+/// Log amplitude `ln |X|`, limited to the floor.
 fn log_amplitude(spectrum: &[Complex]) -> Result<Vec<Complex>, Error> {
     let strongest = spectrum.iter().fold(0.0_f64, |s, z| s.max(z.norm_sqr()));
     if strongest == 0.0 {
@@ -188,10 +188,10 @@ fn log_amplitude(spectrum: &[Complex]) -> Result<Vec<Complex>, Error> {
     Ok(spectrum.iter().map(|z| Complex::new(log(z), 0.0)).collect())
 }
 
-/// Place and height of the parabola through a peak and its neighbours.
-fn refined(c: &[f64], at: usize) -> (f64, f64) {
-    let (shift, height) = parabola::vertex([c[at - 1], c[at], c[at + 1]]);
-    (at as f64 + shift, height)
+/// Vertex of the parabola through a peak and its neighbours: position, samples, and height.
+fn refined(c: &[f64], j: usize) -> (f64, f64) {
+    let (shift, height) = parabola::vertex([c[j - 1], c[j], c[j + 1]]);
+    (j as f64 + shift, height)
 }
 
 #[cfg(test)]
@@ -216,13 +216,13 @@ mod tests {
             );
         }
         assert!(cepstrum.real[1..delay].iter().all(|c| c.abs() < 1e-9));
-        // taking the rahmonics out leaves the impulse alone, but for the phases that were kept
+        // Without its rahmonics the signal has the flat spectrum of an impulse, with unchanged phases.
         let alone = lifter(&x, 1000.0, |q| f64::from(u8::from(q == 0.0))).unwrap();
         let energy: f64 = alone.iter().map(|v| v * v).sum();
         assert!((energy - 1.0).abs() < 1e-9, "{energy}");
     }
 
-    /// Pulses every 50.25 samples: the period is found from its multiples.
+    /// Pulses every 50.25 samples: the rahmonics give the period.
     #[test]
     fn exact_rahmonics_of_a_family() {
         let (n, rate, spacing) = (8040, 1000.0, 160); // 160 periods of 50.25 samples
@@ -251,8 +251,8 @@ mod tests {
             density[0] = 0.0;
             let found = Cepstrum::from_psd(&density, n, 1000.0).unwrap();
             assert!((found.real[40] - 0.15).abs() < 1e-3, "{}", found.real[40]);
-            let rest = (10..n / 2).filter(|j| *j != 40);
-            assert!(rest.map(|j| found.real[j].abs()).fold(0.0, f64::max) < 1e-3);
+            let others = (10..n / 2).filter(|j| *j != 40);
+            assert!(others.map(|j| found.real[j].abs()).fold(0.0, f64::max) < 1e-3);
         }
         assert!(Cepstrum::from_psd(&[1.0; 4], 9, 1.0).is_err());
     }

@@ -5,92 +5,92 @@ use std::ops::Range;
 
 use crate::numeric::statistics;
 
-/// One pulse of the force.
+/// Force pulse of an impact hammer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForcePulse {
-    /// Samples above the threshold.
+    /// Range of samples above the threshold.
     pub samples: Range<usize>,
-    /// Sample of its largest force.
+    /// Index of the sample of largest force.
     pub peak: usize,
-    /// Largest force over the level between pulses, with its sign.
+    /// Signed peak force relative to the baseline, in the unit of the force.
     pub height: f64,
 }
 
-/// The pulses of a segment of force.
+/// Detected force pulses of a segment, with baseline, noise and threshold in the unit of the force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForcePulses {
-    /// Level between pulses: the median.
+    /// Baseline between pulses: the median.
     pub baseline: f64,
-    /// Standard deviation of the noise between pulses, by the median deviation.
+    /// Standard deviation of the noise between pulses, by the median absolute deviation.
     pub noise: f64,
-    /// Size a pulse must have.
+    /// Detection threshold relative to the baseline.
     pub threshold: f64,
-    /// In the order of time.
+    /// Pulses in the order of time.
     pub pulses: Vec<ForcePulse>,
 }
 
-/// A pulse is this many standard deviations above the noise: once in 1e15 samples of normal noise.
+/// Detection threshold in standard deviations of the noise: one false alarm in 1e15 samples of normal noise.
 const NOISE_THRESHOLD_SIGMA: f64 = 8.0;
 
-/// And this share of the largest: below it are the ripples of anti-aliasing filters.
+/// Detection threshold relative to the largest pulse, above the ripples of anti-aliasing filters.
 const PEAK_THRESHOLD_SHARE: f64 = 0.05;
 
-/// Median deviation of normal noise to its standard deviation.
+/// Ratio of standard deviation to median absolute deviation of normal noise.
 const MAD_TO_STD: f64 = 1.4826;
 
-/// Medians are taken over about this many samples, evenly picked: their error, 0.4 % of the noise, does not matter here.
+/// Approximate number of equally spaced samples for a median: its error, 0.4 % of the noise, is negligible.
 const MEDIAN_SAMPLES: usize = 100_000;
 
-/// The median of a segment; 0 of nothing.
+/// Median of a segment by decimation; 0 for an empty segment.
 pub fn median(samples: &[f64]) -> f64 {
     let step = samples.len().div_ceil(MEDIAN_SAMPLES).max(1);
     let mut picked: Vec<f64> = samples.iter().step_by(step).copied().collect();
     statistics::median(&mut picked).unwrap_or(0.0)
 }
 
-/// The pulses of a force to the side of its largest.
+/// Pulses of a force with the sign of the largest.
 pub fn find_force_pulses(force: &[f64]) -> ForcePulses {
     pulses_to(force, false)
 }
 
-/// The pulses of a force, to `both` sides or to that of its largest.
+/// Pulses of a force with `both` signs or with that of the largest.
 pub fn pulses_to(force: &[f64], both: bool) -> ForcePulses {
     let baseline = median(force);
     let step = force.len().div_ceil(MEDIAN_SAMPLES).max(1);
     let picked = force.iter().step_by(step);
     let deviations: Vec<f64> = picked.map(|f| (f - baseline).abs()).collect();
     let noise = MAD_TO_STD * median(&deviations);
-    let largest = force.iter().fold(0.0_f64, |most, f| {
-        if (f - baseline).abs() > most.abs() {
+    let largest = force.iter().fold(0.0_f64, |max, f| {
+        if (f - baseline).abs() > max.abs() {
             f - baseline
         } else {
-            most
+            max
         }
     });
     let threshold = (NOISE_THRESHOLD_SIGMA * noise).max(PEAK_THRESHOLD_SHARE * largest.abs());
-    let mut found = ForcePulses {
+    let mut result = ForcePulses {
         baseline,
         noise,
         threshold,
         pulses: Vec::new(),
     };
     let is_above = |f: f64| {
-        let over = (f - baseline) * largest.signum();
-        over > threshold || (both && -over > threshold)
+        let excess = (f - baseline) * largest.signum();
+        excess > threshold || (both && -excess > threshold)
     };
-    let mut at = 0;
-    while let Some(start) = (at..force.len()).find(|&j| is_above(force[j])) {
+    let mut next = 0;
+    while let Some(start) = (next..force.len()).find(|&j| is_above(force[j])) {
         let end = (start..force.len())
             .find(|&j| !is_above(force[j]))
             .unwrap_or(force.len());
-        found.push_run(start..end, force);
-        at = end;
+        result.push_run(start..end, force);
+        next = end;
     }
-    found
+    result
 }
 
 impl ForcePulses {
-    /// Adds a run above the threshold; one that comes sooner after the last than that lasted is part of it.
+    /// Adds a run above the threshold; a gap shorter than the last pulse merges the run with that pulse.
     fn push_run(&mut self, run: Range<usize>, force: &[f64]) {
         let joined = match self.pulses.last() {
             Some(last) if run.start - last.samples.end < last.samples.len() => {
@@ -113,36 +113,36 @@ impl ForcePulses {
     }
 }
 
-/// Least share of the energy of an impact force that lies in its pulses …
+/// Least share of the energy of an impact force in its pulses.
 const MIN_ENERGY_IN_PULSES: f64 = 0.8;
 
-/// … and they take this share of the time at most; random bursts lie on both sides and fail the first.
+/// Largest share of the time in pulses of an impact force; random bursts have both signs and fail the energy criterion.
 const MAX_PULSE_DUTY: f64 = 0.05;
 
-/// Whether a force is a record of hits: nearly all its energy in few short pulses to one side.
+/// Whether a force is that of an impact hammer: nearly all its energy is in few short pulses of one sign.
 pub fn is_impact(force: &[f64]) -> bool {
-    let found = find_force_pulses(force);
+    let hits = find_force_pulses(force);
     let energy = |samples: &[f64]| {
-        let square = |f: &f64| (f - found.baseline).powi(2);
+        let square = |f: &f64| (f - hits.baseline).powi(2);
         samples.iter().map(square).sum::<f64>()
     };
-    // The noise outside the pulses says nothing of what the force is for.
-    let noise = force.len() as f64 * found.noise * found.noise;
-    let time: usize = found.pulses.iter().map(|p| p.samples.len()).sum();
-    let to_its_side = |p: &ForcePulse| {
-        let samples = force[p.samples.clone()].iter().map(|f| f - found.baseline);
+    // The noise between the pulses does not count.
+    let noise = force.len() as f64 * hits.noise * hits.noise;
+    let n_samples: usize = hits.pulses.iter().map(|p| p.samples.len()).sum();
+    let energy_of_sign = |p: &ForcePulse| {
+        let samples = force[p.samples.clone()].iter().map(|f| f - hits.baseline);
         let square = |f: f64| if f * p.height > 0.0 { f * f } else { 0.0 };
         samples.map(square).sum::<f64>()
     };
-    let inside: f64 = found.pulses.iter().map(to_its_side).sum();
-    !found.pulses.is_empty()
-        && !found.pulses.iter().any(|p| is_level(p, force))
-        && time as f64 <= MAX_PULSE_DUTY * force.len() as f64
-        && inside >= MIN_ENERGY_IN_PULSES * (energy(force) - noise)
+    let pulse_energy: f64 = hits.pulses.iter().map(energy_of_sign).sum();
+    !hits.pulses.is_empty()
+        && !hits.pulses.iter().any(|p| is_level(p, force))
+        && n_samples as f64 <= MAX_PULSE_DUTY * force.len() as f64
+        && pulse_energy >= MIN_ENERGY_IN_PULSES * (energy(force) - noise)
 }
 
-/// A pulse at an end of the record is a level, held before a release or after a step, where half of its samples lie within a tenth of its
-/// height; of half a sine that is cut off at its top they are three in ten.
+/// Whether a pulse at an end of the record is a level, before a release or after a step: half of its samples lie within a tenth of its
+/// height of the peak, against 30 % for half a sine truncated at its peak.
 fn is_level(pulse: &ForcePulse, force: &[f64]) -> bool {
     const MIN_COUNT: usize = 16;
     const NEAR: f64 = 0.1;
@@ -153,17 +153,17 @@ fn is_level(pulse: &ForcePulse, force: &[f64]) -> bool {
     at_end && count >= MIN_COUNT && count as f64 > SHARE * pulse.samples.len() as f64
 }
 
-/// Steps of a force at most: what steps more often, such as a random binary signal, drives all the time.
+/// Maximum number of steps of a force; a signal of more steps, such as a random binary one, is continuous excitation.
 const MAX_STEPS: usize = 20;
 
-/// Least change of level over a step as a share of the range of the force within it: a filter without phase error overshoots by 9 % before
-/// and after; a pulse returns to its level.
+/// Least change of level over a step relative to the range of the force within it: a zero-phase filter overshoots by 9 % on both
+/// sides; a pulse returns to its level.
 const MIN_LEVEL_CHANGE: f64 = 0.5;
 
-/// Pulses of the differences within so many times the longest of them are ripples of one step.
+/// Distance of pulses of the differences, relative to the longest, within which they are ripples of one step.
 const RIPPLE_DISTANCE: usize = 2;
 
-/// The change of each sample from the one before; 0 of the first.
+/// First differences of samples; 0 for the first sample.
 pub fn differences(samples: &[f64]) -> Vec<f64> {
     let first = samples.iter().take(1).map(|_| 0.0);
     first
@@ -171,25 +171,25 @@ pub fn differences(samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Whether a force steps from level to level, as on a release: nearly all the energy of its differences lies in few short pulses, and each
-/// leaves the force on another level. Ripples of an anti-aliasing filter before and after it belong to a step.
+/// Whether a force consists of steps between levels, as on a release: nearly all the energy of its differences is in few short pulses,
+/// and the level differs across each. Ripples of an anti-aliasing filter before and after a step belong to it.
 pub fn is_stepwise(force: &[f64]) -> bool {
     let changes = differences(force);
-    let found = pulses_to(&changes, true);
+    let detected = pulses_to(&changes, true);
     let energy = |samples: &[f64]| samples.iter().map(|d| d * d).sum::<f64>();
-    let noise = changes.len() as f64 * found.noise * found.noise;
-    let time: usize = found.pulses.iter().map(|p| p.samples.len()).sum();
-    let inside: f64 = (found.pulses.iter())
+    let noise = changes.len() as f64 * detected.noise * detected.noise;
+    let n_samples: usize = detected.pulses.iter().map(|p| p.samples.len()).sum();
+    let pulse_energy: f64 = (detected.pulses.iter())
         .map(|p| energy(&changes[p.samples.clone()]))
         .sum();
-    let steps = joined_pulses(&found.pulses);
+    let steps = joined_pulses(&detected.pulses);
     (1..=MAX_STEPS).contains(&steps.len())
-        && time as f64 <= MAX_PULSE_DUTY * force.len() as f64
-        && inside >= MIN_ENERGY_IN_PULSES * (energy(&changes) - noise)
+        && n_samples as f64 <= MAX_PULSE_DUTY * force.len() as f64
+        && pulse_energy >= MIN_ENERGY_IN_PULSES * (energy(&changes) - noise)
         && (0..steps.len()).all(|k| changes_level(force, &steps, k))
 }
 
-/// Pulses of the differences with the ripples that a filter makes before and after them.
+/// Sample ranges of steps: pulses of the differences merged with the filter ripples around them.
 fn joined_pulses(pulses: &[ForcePulse]) -> Vec<Range<usize>> {
     let longest = pulses.iter().map(|p| p.samples.len()).max().unwrap_or(0);
     let mut joined: Vec<Range<usize>> = Vec::new();
@@ -204,44 +204,44 @@ fn joined_pulses(pulses: &[ForcePulse]) -> Vec<Range<usize>> {
     joined
 }
 
-/// Whether the force stays on another level after the k-th of `steps` than before: medians up to the steps next to it.
+/// Whether the level of the force, by medians between neighbouring steps, differs before and after the k-th of `steps`.
 fn changes_level(force: &[f64], steps: &[Range<usize>], k: usize) -> bool {
-    let own = &steps[k];
-    let from = if k == 0 { 0 } else { steps[k - 1].end };
-    let to = steps.get(k + 1).map_or(force.len(), |next| next.start);
+    let step = &steps[k];
+    let start = if k == 0 { 0 } else { steps[k - 1].end };
+    let end = steps.get(k + 1).map_or(force.len(), |next| next.start);
     let level = |samples: &[f64], edge: f64| match samples {
         [] => edge,
         _ => median(samples),
     };
-    let first = own.start.saturating_sub(1);
-    let before = level(&force[from..first.max(from)], force[first]);
-    let after = level(&force[own.end..to], force[own.end - 1]);
+    let first = step.start.saturating_sub(1);
+    let before = level(&force[start..first.max(start)], force[first]);
+    let after = level(&force[step.end..end], force[step.end - 1]);
     let ends = (before.min(after), before.max(after));
     let (low, high) =
-        (force[own.clone()].iter()).fold(ends, |(low, high), &f| (low.min(f), high.max(f)));
+        (force[step.clone()].iter()).fold(ends, |(low, high), &f| (low.min(f), high.max(f)));
     (after - before).abs() >= MIN_LEVEL_CHANGE * (high - low)
 }
 
-/// A run of equal samples at the extreme counts as clipped from this length on.
+/// Minimum number of equal samples at the extreme of a clipped signal.
 const MIN_CLIPPED_RUN: usize = 3;
 
-/// Beyond how far a smooth top can fall behind its run.
+/// Least fall after a clipped run, relative to the largest fall of a smooth peak.
 const CURVATURE_MARGIN: f64 = 1.2;
 
-/// Largest fall of a parabola rounded to steps of 1, at the sample after `run` equal ones on its top: they lie within one step, so that it
-/// bends by at most `4/(run − 1)²` a sample squared.
+/// Largest fall of a parabola rounded to steps of 1, at the sample after `run` equal samples at its peak. These lie within one step,
+/// which limits the quadratic coefficient to `4/(run − 1)²`.
 fn expected_fall(run: usize) -> f64 {
     let m = run as f64;
     1.0 + ((m + 1.0) / (m - 1.0)).powi(2)
 }
 
-/// With fewer different values than this their distances do not tell the converter's step.
+/// Minimum number of distinct values for an estimate of the converter's step by their differences.
 const MIN_DISTINCT_VALUES: usize = 64;
 
-/// The step is then taken to be this share of the range: 8 bits.
+/// Default step of the converter relative to the range: 8 bits.
 const DEFAULT_RESOLUTION: f64 = 1.0 / 256.0;
 
-/// The least distance of different values.
+/// Converter step: the least difference of distinct values.
 fn resolution(samples: &[f64]) -> f64 {
     let mut values = samples.to_vec();
     values.sort_unstable_by(f64::total_cmp);
@@ -257,12 +257,12 @@ fn resolution(samples: &[f64]) -> f64 {
     }
 }
 
-/// Whether samples rest on their largest or smallest value as an overloaded amplifier does.
+/// Whether samples are clipped at their largest or smallest value, as by an overloaded amplifier.
 pub fn is_clipped(samples: &[f64]) -> bool {
     let step = OnceCell::new();
-    let rests_on = |extreme: f64| {
-        let mut at = 0;
-        while let Some(start) = (at..samples.len()).find(|&j| samples[j] == extreme) {
+    let is_clipped_at = |extreme: f64| {
+        let mut next = 0;
+        while let Some(start) = (next..samples.len()).find(|&j| samples[j] == extreme) {
             let end = (start..samples.len())
                 .find(|&j| samples[j] != extreme)
                 .unwrap_or(samples.len());
@@ -273,18 +273,18 @@ pub fn is_clipped(samples: &[f64]) -> bool {
             if end - start >= MIN_CLIPPED_RUN && steepest > CURVATURE_MARGIN * expected() {
                 return true;
             }
-            at = end;
+            next = end;
         }
         false
     };
     let largest = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let smallest = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    // What a signal rests on between events is an extreme too, but not a far one.
+    // The baseline between events may be an extreme too, but is close to the median.
     let level = median(samples);
     let is_far = |extreme: f64| 2.0 * (extreme - level).abs() >= largest - smallest;
     [largest, smallest]
         .into_iter()
-        .any(|extreme| largest > smallest && is_far(extreme) && rests_on(extreme))
+        .any(|extreme| largest > smallest && is_far(extreme) && is_clipped_at(extreme))
 }
 
 #[cfg(test)]
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(found.pulses[0].samples, 100..109);
     }
 
-    /// Hits, also downward and under noise; not a sine, not noise, not a burst of noise, not silence.
+    /// Impacts of both signs and in noise; no sine, noise, burst of noise or zero signal.
     #[test]
     fn law_what_is_impact() {
         let mut rng = fastrand::Rng::with_seed(1);
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Steps up and down, and a release soon after the record begins; not hits, and hits no steps.
+    /// Steps up and down, and a release soon after the start of the record, are no impacts; impacts are no steps.
     #[test]
     fn law_what_is_a_step() {
         let mut rng = fastrand::Rng::with_seed(2);

@@ -8,7 +8,7 @@
 //!   that `E|ΔH_j|² = C_jj (S_yy − sᴴ C s)/(n − q)`; with one input `|H|² (1 − γ²)/(γ² (n − 1))`.
 //! - H2 (noise on the input, one input): `H = S_yy/S_yx`, the same relative variance.
 //! - Hv (noise on both, in proportion to the powers): the direction of least power of `(X, Y)`; with one input
-//!   `√(S_yy/S_xx) S_xy/|S_xy|`, whose size errs less than its angle: `|H|² (1 − γ²)(1 + 1/γ²)/(2 (n − 1))`.
+//!   `√(S_yy/S_xx) S_xy/|S_xy|`, whose magnitude has a smaller error than its phase: `|H|² (1 − γ²)(1 + 1/γ²)/(2 (n − 1))`.
 
 use super::spectra::{Spectra, coherence};
 use crate::base::code::Code;
@@ -17,74 +17,74 @@ use crate::numeric::symmetric::{hermitian_eigen, lu_solve_complex};
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
-/// Assumed location of the noise.
+/// Estimator of the frequency response, by the assumed location of the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Estimator {
-    /// On the outputs.
+    /// Noise on the outputs.
     #[default]
     H1,
-    /// On the input.
+    /// Noise on the input.
     H2,
-    /// On both.
+    /// Noise on inputs and outputs.
     Hv,
 }
 
-/// One frequency response with what is known of it, by line.
+/// Estimated frequency response with variance and coherence by line.
 #[derive(Debug, Clone)]
 pub struct EstimatedFrf {
-    /// Channel that drives.
+    /// Excitation channel.
     pub input: usize,
     /// Response channel.
     pub output: usize,
-    /// Output over input; 0 on undetermined lines.
+    /// Frequency response, output unit per input unit; 0 on undetermined lines.
     pub values: Vec<Complex>,
-    /// `E|error|²`; infinite on undetermined lines. `None` where there are no more averages than inputs.
+    /// Variance `E|error|²`; infinite on undetermined lines; `None` for no more averages than inputs.
     pub variance: Option<Vec<f64>>,
-    /// Coherence of the two, the other inputs left in.
+    /// Ordinary coherence of input and output.
     pub ordinary_coherence: Vec<f64>,
-    /// Coherence of the two with what the other inputs explain taken off both; the ordinary one with a single input.
+    /// Partial coherence, conditioned on the other inputs; equal to the ordinary one for a single input.
     pub partial_coherence: Vec<f64>,
 }
 
-/// Frequency responses from every input to every output.
+/// Estimated frequency responses of all inputs and outputs, with the averages and the data-quality warnings.
 #[derive(Debug, Clone)]
 pub struct FrfEstimate {
-    /// Lines, Hz.
+    /// Frequencies of the lines, Hz.
     pub frequency_hz: Vec<f64>,
-    /// Output by output, inside it input by input.
+    /// Frequency responses, by output, then by input.
     pub functions: Vec<EstimatedFrf>,
-    /// Multiple coherence by output and line: the share of its power that all inputs explain.
+    /// Multiple coherence by output and line: share of the output power coherent with all inputs.
     pub multiple_coherence: Vec<Vec<f64>>,
-    /// Lines where the inputs have no power or are indistinguishable.
+    /// Indices of lines with zero power or coherent inputs.
     pub undetermined_lines: Vec<usize>,
     /// Effective number of independent averages.
     pub averages: f64,
-    /// Rate of an exponential window on the blocks, 1/s.
+    /// Decay rate of the exponential window on the blocks, 1/s.
     pub window_decay: f64,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Inputs of which one is explained by the others beyond this share are not distinguished: noise on the inputs, thousandfold,
-/// would pass for the difference between them.
+/// Largest multiple coherence of an input with the others; above it noise on the inputs, amplified a thousandfold, would determine
+/// the difference between them.
 const MAX_INPUT_COHERENCE: f64 = 0.999;
 
-/// An input's power on a line, relative to its largest, that is but the rounding of transforms.
+/// Least significant power of an input on a line, relative to its largest; below it is rounding of the transforms.
 const MIN_RELATIVE_POWER: f64 = 1e-26;
 
-/// The cross spectra that [`estimate`] needs.
+/// Channel pairs of the cross spectra required by [`estimate`].
 pub fn required_pairs(inputs: &[usize], outputs: &[usize]) -> Vec<(usize, usize)> {
-    let between = inputs
+    let among_inputs = inputs
         .iter()
         .enumerate()
         .flat_map(|(i, &x)| inputs[i + 1..].iter().map(move |&other| (x, other)));
-    let across = inputs
+    let input_output = inputs
         .iter()
         .flat_map(|&x| outputs.iter().map(move |&y| (x, y)));
-    between.chain(across).collect()
+    among_inputs.chain(input_output).collect()
 }
 
-/// Frequency responses from the channels `inputs` to the channels `outputs`.
+/// Estimates the frequency responses from the channels `inputs` to the channels `outputs`.
 ///
 /// # Errors
 /// `Conflict`: H2 with several inputs, a channel on both sides or twice, peak-hold spectra. `NoSignal`: an input without power.
@@ -97,7 +97,7 @@ pub fn estimate(
     estimator: Estimator,
 ) -> Result<FrfEstimate, Error> {
     let averages = check(spectra, inputs, outputs, estimator)?;
-    let sides = InputOutputSpectra::new(spectra, inputs, outputs)?;
+    let sorted = InputOutputSpectra::new(spectra, inputs, outputs)?;
     let (lines, q) = (spectra.frequency_hz.len(), inputs.len());
     let has_error = averages > q as f64 * (1.0 + AVERAGES_TOLERANCE);
     let mut functions: Vec<EstimatedFrf> = outputs
@@ -112,23 +112,23 @@ pub fn estimate(
             partial_coherence: vec![0.0; lines],
         })
         .collect();
-    let mut multiple = vec![vec![0.0; lines]; outputs.len()];
+    let mut coherences = vec![vec![0.0; lines]; outputs.len()];
     let mut undetermined = Vec::new();
     for line in 0..lines {
-        let Some(inverse) = sides.inverse(line) else {
+        let Some(inverse) = sorted.inverse(line) else {
             undetermined.push(line);
             continue;
         };
-        for (y, multiple) in multiple.iter_mut().enumerate() {
-            let solved = sides.solve(line, y, &inverse, estimator)?;
-            multiple[line] = solved.multiple_coherence;
+        for (y, coherences) in coherences.iter_mut().enumerate() {
+            let solved = sorted.solve(line, y, &inverse, estimator)?;
+            coherences[line] = solved.multiple_coherence;
             for x in 0..q {
                 let function = &mut functions[y * q + x];
                 function.values[line] = solved.values[x];
                 function.ordinary_coherence[line] = coherence(
-                    sides.sxx[x][line],
-                    sides.sxy[y][x][line],
-                    sides.syy[y][line],
+                    sorted.sxx[x][line],
+                    sorted.sxy[y][x][line],
+                    sorted.syy[y][line],
                 );
                 function.partial_coherence[line] = solved.partial_coherence[x];
                 if let Some(variance) = &mut function.variance {
@@ -141,7 +141,7 @@ pub fn estimate(
     Ok(FrfEstimate {
         frequency_hz: spectra.frequency_hz.clone(),
         functions,
-        multiple_coherence: multiple,
+        multiple_coherence: coherences,
         undetermined_lines: undetermined,
         averages,
         window_decay: spectra.window_decay,
@@ -149,24 +149,24 @@ pub fn estimate(
     })
 }
 
-/// Averages that agree to this with a whole number are that number: rounding of the sum over blocks.
+/// Relative tolerance of the number of averages against an integer, for rounding of the sum over blocks.
 const AVERAGES_TOLERANCE: f64 = 1e-9;
 
 impl FrfEstimate {
-    /// The same as a set of responses; `channels` names each channel of the spectra. Coherence is the ordinary one with one input, the
-    /// multiple one with several.
+    /// Set of frequency responses; `channels`: labels of the channels of the spectra. The coherence is ordinary for one input, multiple for
+    /// several.
     ///
     /// # Panics
-    /// Fewer names than channels: a mistake of the caller.
+    /// Fewer labels than channels: a mistake of the caller.
     pub fn to_frequency_responses(&self, channels: &[ChannelLabel]) -> FrequencyResponses {
         let inputs = self.functions.len() / self.multiple_coherence.len().max(1);
         let is_average = self.averages > inputs as f64 * (1.0 + AVERAGES_TOLERANCE);
-        let function = |(at, f): (usize, &EstimatedFrf)| FrequencyResponse {
+        let function = |(index, f): (usize, &EstimatedFrf)| FrequencyResponse {
             input: Some(channels[f.input].clone()),
             output: channels[f.output].clone(),
             values: f.values.clone(),
             variance: f.variance.clone(),
-            coherence: is_average.then(|| self.multiple_coherence[at / inputs].clone()),
+            coherence: is_average.then(|| self.multiple_coherence[index / inputs].clone()),
             partial_coherence: (is_average && inputs > 1).then(|| f.partial_coherence.clone()),
         };
         FrequencyResponses {
@@ -180,19 +180,19 @@ impl FrfEstimate {
     }
 }
 
-/// The spectra sorted by side.
+/// Auto and cross spectra of inputs (x) and outputs (y), by line.
 struct InputOutputSpectra<'a> {
     sxx: Vec<&'a [f64]>,
     syy: Vec<&'a [f64]>,
-    /// Between inputs, `[i][j]`, `j > i`.
+    /// Cross spectra of inputs i and i + 1 + j, `[i][j]`.
     input_cross: Vec<Vec<Vec<Complex>>>,
-    /// From input to output, `[output][input]`.
+    /// Cross spectra of inputs and outputs, `[output][input]`.
     sxy: Vec<Vec<Vec<Complex>>>,
-    /// Least power of each input that counts.
+    /// Least significant power of each input.
     floor: Vec<f64>,
 }
 
-/// Estimate for one line and output.
+/// Estimated responses of one output on one line.
 struct LineEstimate {
     values: Vec<Complex>,
     /// Variance times the degrees of freedom of the residual.
@@ -213,11 +213,11 @@ impl<'a> InputOutputSpectra<'a> {
         let psd = |&c: &usize| spectra.psd[c].as_slice();
         let sxx: Vec<&[f64]> = inputs.iter().map(psd).collect();
         let largest = |s: &&[f64]| s.iter().fold(0.0_f64, |a, &b| a.max(b));
-        let between = (0..inputs.len()).map(|i| {
+        let among_inputs = (0..inputs.len()).map(|i| {
             let later = inputs[i + 1..].iter();
             later.map(|&x| cross(inputs[i], x)).collect()
         });
-        let across = outputs
+        let input_output = outputs
             .iter()
             .map(|&y| inputs.iter().map(|&x| cross(x, y)).collect());
         Ok(InputOutputSpectra {
@@ -226,42 +226,42 @@ impl<'a> InputOutputSpectra<'a> {
                 .map(|s| MIN_RELATIVE_POWER * largest(s))
                 .collect(),
             syy: outputs.iter().map(psd).collect(),
-            input_cross: between.collect::<Result<_, _>>()?,
-            sxy: across.collect::<Result<_, _>>()?,
+            input_cross: among_inputs.collect::<Result<_, _>>()?,
+            sxy: input_output.collect::<Result<_, _>>()?,
             sxx,
         })
     }
 
-    /// `S_ij` of one line over the powers, `S_ij/√(S_ii S_jj)`.
+    /// Normalised input matrix of one line, `S_ij/√(S_ii S_jj)`.
     fn matrix(&self, line: usize) -> ComplexMatrix {
-        let size = |i: usize| self.sxx[i][line].sqrt();
+        let amplitude = |i: usize| self.sxx[i][line].sqrt();
         ComplexMatrix::from_fn(self.sxx.len(), self.sxx.len(), |i, j| {
             if i == j {
                 return Complex::new(1.0, 0.0);
             }
             let (low, high) = (i.min(j), i.max(j));
-            let s = self.input_cross[low][high - low - 1][line] / size(i) / size(j);
+            let s = self.input_cross[low][high - low - 1][line] / amplitude(i) / amplitude(j);
             if i < j { s } else { s.conj() }
         })
     }
 
-    /// The inverse of [`InputOutputSpectra::matrix`]; its diagonal is `1/(1 − γ²)`, γ² the multiple coherence of an input with the others. `None`
-    /// where an input has no power or is told by the others.
+    /// Inverse of [`InputOutputSpectra::matrix`], with the diagonal `1/(1 − γ²)`, γ² the multiple coherence of an input with the others.
+    /// `None` for an input without power or coherent with the others.
     fn inverse(&self, line: usize) -> Option<ComplexMatrix> {
         let q = self.sxx.len();
         if (0..q).any(|i| self.sxx[i][line] <= self.floor[i]) {
             return None;
         }
-        let one = ComplexMatrix::identity(q, q);
+        let identity = ComplexMatrix::identity(q, q);
         if q == 1 {
-            return Some(one);
+            return Some(identity);
         }
-        let inverse = lu_solve_complex(&self.matrix(line), &one).ok()?;
-        let is_told = |i: usize| {
+        let inverse = lu_solve_complex(&self.matrix(line), &identity).ok()?;
+        let is_coherent = |i: usize| {
             let inflation = inverse[(i, i)].re;
             !(inflation > 0.0 && inflation * (1.0 - MAX_INPUT_COHERENCE) < 1.0)
         };
-        (!(0..q).any(is_told)).then_some(inverse)
+        (!(0..q).any(is_coherent)).then_some(inverse)
     }
 
     fn solve(
@@ -282,20 +282,20 @@ impl<'a> InputOutputSpectra<'a> {
                 multiple_coherence: 0.0,
             });
         }
-        // Everything over the powers of its channels: γ_j = s_j/√(S_jj S_yy), H_j = h_j √(S_yy/S_jj).
+        // Normalised by the powers of the channels: γ_j = s_j/√(S_jj S_yy), H_j = h_j √(S_yy/S_jj).
         let ratio = |j: usize| (syy / self.sxx[j][line]).sqrt();
-        let size = |j: usize| self.sxx[j][line].sqrt() * syy.sqrt();
-        let gamma: Vec<Complex> = (0..q).map(|j| self.sxy[y][j][line] / size(j)).collect();
-        let row = |i: usize| (0..q).map(|j| inverse[(i, j)] * gamma[j]).sum::<Complex>();
-        let h: Vec<Complex> = (0..q).map(row).collect();
+        let norm = |j: usize| self.sxx[j][line].sqrt() * syy.sqrt();
+        let gamma: Vec<Complex> = (0..q).map(|j| self.sxy[y][j][line] / norm(j)).collect();
+        let product = |i: usize| (0..q).map(|j| inverse[(i, j)] * gamma[j]).sum::<Complex>();
+        let h: Vec<Complex> = (0..q).map(product).collect();
         let multiple: f64 = (0..q).map(|j| (gamma[j].conj() * h[j]).re).sum();
         let multiple = multiple.clamp(0.0, 1.0);
         let residual = 1.0 - multiple;
         let c = |j: usize| inverse[(j, j)].re;
-        let own = |j: usize| h[j].norm_sqr() / c(j);
+        let explained = |j: usize| h[j].norm_sqr() / c(j);
         let mut solved = LineEstimate {
             partial_coherence: (0..q)
-                .map(|j| own(j) / (own(j) + residual).max(f64::MIN_POSITIVE))
+                .map(|j| explained(j) / (explained(j) + residual).max(f64::MIN_POSITIVE))
                 .collect(),
             variance_times_dof: (0..q).map(|j| residual * c(j) * ratio(j).powi(2)).collect(),
             values: (0..q).map(|j| h[j] * ratio(j)).collect(),
@@ -313,8 +313,8 @@ impl<'a> InputOutputSpectra<'a> {
                     ratio(0).powi(2) * residual * 0.5 * (1.0 + 1.0 / multiple);
             }
             Estimator::Hv => {
-                let total = self.min_power_direction(line, &gamma)?;
-                solved.values = (0..q).map(|j| total[j] * ratio(j)).collect();
+                let direction = self.min_power_direction(line, &gamma)?;
+                solved.values = (0..q).map(|j| direction[j] * ratio(j)).collect();
             }
         }
         for j in 0..q {
@@ -326,17 +326,17 @@ impl<'a> InputOutputSpectra<'a> {
         Ok(solved)
     }
 
-    /// `h` with `(h, −1)` along the direction of least power of inputs and output.
+    /// Total least squares: `h` with `(h, −1)` along the direction of least power of inputs and output.
     fn min_power_direction(&self, line: usize, gamma: &[Complex]) -> Result<Vec<Complex>, Error> {
         let q = gamma.len();
         let inputs = self.matrix(line);
-        let whole = ComplexMatrix::from_fn(q + 1, q + 1, |i, j| match (i == q, j == q) {
+        let joint = ComplexMatrix::from_fn(q + 1, q + 1, |i, j| match (i == q, j == q) {
             (false, false) => inputs[(i, j)],
             (false, true) => gamma[i],
             (true, false) => gamma[j].conj(),
             (true, true) => Complex::new(1.0, 0.0),
         });
-        let (_, vectors) = hermitian_eigen(&whole)?;
+        let (_, vectors) = hermitian_eigen(&joint)?;
         Ok((0..q).map(|j| -vectors[(j, 0)] / vectors[(q, 0)]).collect())
     }
 }

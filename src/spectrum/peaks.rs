@@ -1,7 +1,7 @@
 //! Peaks of a spectrum above a median noise floor, with interpolated frequency and amplitude.
 //!
-//! The floor is the median over a sliding stretch of lines, turned into a mean by the median of χ². Where the three highest lines stand as
-//! those of a tone under the window do, place and height are the tone's; else they are the top of the parabola through the logarithms.
+//! The floor is the median over a sliding range of lines, converted to a mean by the median of χ². Three highest lines with the ratios
+//! of a tone under the window give its frequency and height; other peaks those of the parabola through the logarithms.
 
 use super::spectra::Spectra;
 use super::window::leakage;
@@ -12,9 +12,9 @@ use crate::numeric::statistics::chi_squared_quantile;
 /// Options of the search for spectral peaks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeakOptions {
-    /// Lines to either side over which the floor is the median; `None`: 64, or an eighth of the spectrum where that is more lines.
+    /// Half width of the median for the floor, lines; `None`: the larger of 64 and an eighth of the spectrum.
     pub floor_lines: Option<usize>,
-    /// Expected number of peaks from noise alone in the whole spectrum.
+    /// Expected number of false peaks per spectrum from noise alone.
     pub false_alarms: f64,
 }
 
@@ -28,35 +28,35 @@ impl Default for PeakOptions {
     }
 }
 
-/// A line of a spectrum that rises above the noise around it.
+/// Local maximum of a spectrum above the noise floor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralPeak {
     /// Line of the local maximum.
     pub line: usize,
-    /// Frequency between the lines, Hz.
+    /// Interpolated frequency, Hz.
     pub frequency_hz: f64,
-    /// Density at the top, unit²/Hz.
+    /// Density at the peak, unit²/Hz.
     pub psd: f64,
-    /// Amplitude (0 to peak) of a tone that would make this peak, in the unit of the channel.
+    /// Amplitude (0 to peak) of a tone of this peak, in the unit of the channel.
     pub amplitude: f64,
-    /// Density at the top over that of the floor.
+    /// Ratio of the densities of peak and noise floor.
     pub signal_to_noise: f64,
 }
 
-/// Whatever the averages, a floor is known no better than this factor where it slopes.
+/// Least ratio of a peak to the floor for any number of averages; accuracy of a sloping floor.
 const MIN_PEAK_RATIO: f64 = 4.0;
 
-/// Between two peaks the density falls by this factor at least.
+/// Least ratio of a peak to the minimum between it and the next higher peak.
 const MIN_DIP_RATIO: f64 = 2.0;
 
-/// And by more than so improbable a ripple of the estimate.
+/// Probability of a random dip of the estimate that a valley between two peaks exceeds.
 const RIPPLE_PROBABILITY: f64 = 1e-3;
 
-/// Lines nearest to a peak that are left to it; beyond, up to the next higher value, the lowest median over lines so far to twice as
-/// far off shows what lies between: the lowest single one of many lines of few averages is low by chance, and says nothing.
+/// Half width of a peak, lines. Beyond, up to the next higher value, the lowest median over a distance w to 2w gives the level between
+/// peaks: the minimum of many single lines of few averages is low by chance.
 const PEAK_GUARD_LINES: usize = 8;
 
-/// The peaks of a channel, the highest above the floor first.
+/// Spectral peaks of a channel by descending signal-to-noise ratio.
 pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<SpectralPeak> {
     let psd = &spectra.psd[channel];
     let lines = psd.len();
@@ -75,17 +75,17 @@ pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> V
         .collect();
     let (left, right) = valleys(psd);
     let half_power = multiple(0.5);
-    let middle = |from: usize, to: usize| {
-        let mut between = psd[from..to].to_vec();
-        let at = between.len() / 2;
-        *between.select_nth_unstable_by(at, f64::total_cmp).1 / half_power
+    let median_level = |start: usize, end: usize| {
+        let mut between = psd[start..end].to_vec();
+        let middle = between.len() / 2;
+        *between.select_nth_unstable_by(middle, f64::total_cmp).1 / half_power
     };
-    let falls = |s: f64, valley: &Valley, ring: &dyn Fn(usize) -> (usize, usize)| {
+    let is_separated = |s: f64, valley: &Valley, range: &dyn Fn(usize) -> (usize, usize)| {
         let widths = std::iter::successors(Some(PEAK_GUARD_LINES), |w| Some(2 * w));
         let mut within = widths.take_while(|w| 2 * w <= valley.lines);
         let is_lower = |w: usize| {
-            let (from, to) = ring(w);
-            s > ratio * middle(from, to)
+            let (start, end) = range(w);
+            s > ratio * median_level(start, end)
         };
         s > dip * valley.lowest || within.any(is_lower)
     };
@@ -94,37 +94,37 @@ pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> V
         s > psd[k - 1]
             && s >= psd[k + 1]
             && s > ratio * floor[k]
-            && falls(s, &left[k], &|w| (k - 2 * w, k - w))
-            && falls(s, &right[k], &|w| (k + w, k + 2 * w))
+            && is_separated(s, &left[k], &|w| (k - 2 * w, k - w))
+            && is_separated(s, &right[k], &|w| (k + w, k + 2 * w))
     };
     let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
     let window = spectra
         .window
         .map_or(Vec::new(), |w| w.samples(WINDOW_TABLE_LEN));
-    let mut found: Vec<SpectralPeak> = (1..lines - 1)
+    let mut peaks: Vec<SpectralPeak> = (1..lines - 1)
         .filter(is_peak)
         .map(|k| {
-            let three = [psd[k - 1], psd[k], psd[k + 1]];
-            let (shift, top) =
-                fit_main_lobe(&window, three, floor[k]).unwrap_or_else(|| log_vertex(three));
+            let neighbours = [psd[k - 1], psd[k], psd[k + 1]];
+            let (shift, height) = fit_main_lobe(&window, neighbours, floor[k])
+                .unwrap_or_else(|| log_vertex(neighbours));
             SpectralPeak {
                 line: k,
                 frequency_hz: spectra.frequency_hz[k] + shift * spacing,
-                psd: top,
-                amplitude: (2.0 * top * spectra.bandwidth_hz).sqrt(),
-                signal_to_noise: top / floor[k],
+                psd: height,
+                amplitude: (2.0 * height * spectra.bandwidth_hz).sqrt(),
+                signal_to_noise: height / floor[k],
             }
         })
         .collect();
-    sort_falling(&mut found, |a| a.signal_to_noise);
-    found
+    sort_falling(&mut peaks, |a| a.signal_to_noise);
+    peaks
 }
 
-/// Samples of a window that tell the shape of its main lobe.
+/// Number of window samples for the shape of its main lobe.
 const WINDOW_TABLE_LEN: usize = 256;
 
-/// Place, in lines from the middle, and height on its own line of the tone that three lines are; nothing where they are none: the line
-/// on the far side would be lower. Without a window nothing is known.
+/// Frequency of a tone by three lines, in lines from the middle, and its height at its exact frequency; `None` for lines of another
+/// shape, with too high a line on the far side, and without a window.
 fn fit_main_lobe(
     window: &[f64],
     [before, middle, after]: [f64; 3],
@@ -137,7 +137,7 @@ fn fit_main_lobe(
     let above = |s: f64| (s - floor).max(0.0);
     let (near, far) = (above(before.max(after)), above(before.min(after)));
     let ratio = near / above(middle);
-    // The share of the nearer line rises from the line itself to half way.
+    // The ratio of the nearer line to the middle increases from a tone on the middle line to one half-way.
     let share = |d: f64| leakage(window, 1.0 - d) / leakage(window, d);
     if !(ratio <= 1.0 && ratio >= share(0.0)) {
         return None;
@@ -159,16 +159,16 @@ fn fit_main_lobe(
     is_tone.then_some((side * d, height))
 }
 
-/// Valley between a line and the next larger one on a side, or the end.
+/// Valley between a line and the next larger line on one side, or the end of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Valley {
-    /// The lowest value.
+    /// Minimum density, unit²/Hz.
     lowest: f64,
-    /// Lines to the larger one, or to the end.
+    /// Distance to the larger line or to the end, lines.
     lines: usize,
 }
 
-/// The valleys to the left and to the right of each line.
+/// Valleys on the left and on the right of each line.
 fn valleys(psd: &[f64]) -> (Vec<Valley>, Vec<Valley>) {
     let left = valleys_on_one_side(psd.iter());
     let mut right = valleys_on_one_side(psd.iter().rev());
@@ -177,7 +177,7 @@ fn valleys(psd: &[f64]) -> (Vec<Valley>, Vec<Valley>) {
 }
 
 fn valleys_on_one_side<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley> {
-    // Values not yet topped, each with the lowest since the one before it, and their lines.
+    // Values not yet exceeded, each with the minimum since the preceding one, and their lines.
     let mut open: Vec<(f64, f64, usize)> = Vec::new();
     values
         .enumerate()
@@ -194,11 +194,11 @@ fn valleys_on_one_side<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley>
         .collect()
 }
 
-/// The median over `half` values to either side of each, fewer at the ends.
+/// Sliding median over `half` values on either side, fewer at the ends.
 pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
     let mut sorted: Vec<f64> = Vec::with_capacity(2 * half + 2);
-    let place = |sorted: &[f64], x: f64| sorted.partition_point(|y| y.total_cmp(&x).is_lt());
-    let insert = |sorted: &mut Vec<f64>, x: f64| sorted.insert(place(sorted, x), x);
+    let position = |sorted: &[f64], x: f64| sorted.partition_point(|y| y.total_cmp(&x).is_lt());
+    let insert = |sorted: &mut Vec<f64>, x: f64| sorted.insert(position(sorted, x), x);
     values
         .iter()
         .take(half)
@@ -209,8 +209,8 @@ pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
                 insert(&mut sorted, x);
             }
             if k > half {
-                let gone = place(&sorted, values[k - half - 1]);
-                sorted.remove(gone);
+                let expired = position(&sorted, values[k - half - 1]);
+                sorted.remove(expired);
             }
             let middle = sorted.len() / 2;
             if sorted.len() % 2 == 1 {
@@ -222,19 +222,19 @@ pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The same where `half` is large, from the medians of short blocks: of an odd number of values each, so that their median is that of all.
+/// Sliding median for large `half` from the medians of short blocks, each of an odd number of values.
 fn wide_median(values: &[f64], half: usize) -> Vec<f64> {
     const DIRECT_MEDIAN_LEN: usize = 8192;
     if half <= DIRECT_MEDIAN_LEN {
         return sliding_median(values, half);
     }
     let short = half / DIRECT_MEDIAN_LEN * 2 + 1;
-    let middle = |part: &[f64]| {
-        let mut part = part.to_vec();
-        part.sort_by(f64::total_cmp);
-        part[part.len() / 2]
+    let block_median = |block: &[f64]| {
+        let mut block = block.to_vec();
+        block.sort_by(f64::total_cmp);
+        block[block.len() / 2]
     };
-    let medians: Vec<f64> = values.chunks(short).map(middle).collect();
+    let medians: Vec<f64> = values.chunks(short).map(block_median).collect();
     let coarse = sliding_median(&medians, half / short);
     (0..values.len()).map(|k| coarse[k / short]).collect()
 }
@@ -253,7 +253,7 @@ mod tests {
         assert_eq!(sliding_median(&values, 100), [3.5; 6]);
     }
 
-    /// The floor of a long spectrum, from short blocks: that of all lines, within what chance moves either.
+    /// The floor of a long spectrum from block medians equals that of all lines within the random error.
     #[test]
     fn law_wide_median() {
         let mut rng = fastrand::Rng::with_seed(2);
@@ -284,7 +284,7 @@ mod tests {
         estimator.finish().unwrap()
     }
 
-    /// Tones anywhere between lines: a thousandth of a line and of the amplitude, nothing else found.
+    /// Tones between lines: accurate to 1e-3 of a line and of the amplitude, without false peaks.
     #[test]
     fn law_tones_in_noise() {
         let mut rng = fastrand::Rng::with_seed(7);
@@ -308,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A resonance whose ripples are small, 900 lines from a larger one, with 30 dB between: it is one peak, as wide as it is.
+    /// A resonance with small ripples, 900 lines from a larger one with a valley of 30 dB, is one peak at any width.
     #[test]
     fn law_wide_peak_of_one_average() {
         let resonance = |k: f64, at: f64| 1.0 / (1.0 + ((k - at) / 5.0).powi(2));
@@ -341,7 +341,7 @@ mod tests {
         );
     }
 
-    /// A tone 20 dB above the noise of a single transform, far below another: both are found, and nothing else.
+    /// A tone 20 dB above the noise of a single transform and far below another: both are detected, without false peaks.
     #[test]
     fn law_weak_tone_of_one_average() {
         let mut found = Vec::new();

@@ -10,53 +10,53 @@ use crate::base::error::Error;
 use crate::numeric::symmetric::lu_solve;
 use crate::numeric::{Complex, Matrix};
 
-/// A sine fitted by least squares.
+/// Sine with offset fitted by least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SineFit {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Complex amplitude (0 to peak) with the time taken from the middle of the samples.
+    /// Complex amplitude (0 to peak), with the time origin at the middle of the samples.
     pub amplitude: Complex,
-    /// Offset about which the sine oscillates.
+    /// Offset, the mean level of the sine.
     pub offset: f64,
-    /// `E|error|²` of the amplitude where what is left is white.
+    /// Variance `E|error|²` of the amplitude for a white residual.
     pub variance: f64,
 }
 
 impl SineFit {
-    /// Takes the sine, not its level, out of the samples it was fitted to.
+    /// Subtracts the sine without its offset from the fitted samples.
     pub fn subtract_from(&self, samples: &mut [f64], rate_hz: f64) {
         self.add(samples, rate_hz, -1.0);
     }
 
-    /// Puts the sine back into the samples it was taken out of.
+    /// Adds the sine without its offset to the fitted samples.
     pub fn add_to(&self, samples: &mut [f64], rate_hz: f64) {
         self.add(samples, rate_hz, 1.0);
     }
 
-    fn add(&self, samples: &mut [f64], rate_hz: f64, times: f64) {
+    fn add(&self, samples: &mut [f64], rate_hz: f64, factor: f64) {
         let middle = 0.5 * (samples.len() as f64 - 1.0);
-        let turn = TAU * self.frequency_hz / rate_hz;
-        let amplitude = times * self.amplitude;
+        let omega = TAU * self.frequency_hz / rate_hz;
+        let amplitude = factor * self.amplitude;
         for (j, x) in samples.iter_mut().enumerate() {
-            let (s, c) = (turn * (j as f64 - middle)).sin_cos();
+            let (s, c) = (omega * (j as f64 - middle)).sin_cos();
             *x += amplitude.re * c - amplitude.im * s;
         }
     }
 
-    /// `E|error|²` of an amplitude by what the fit leaves on lines near it; by all that it leaves where there are none.
+    /// Variance `E|error|²` of the amplitude by the residual on neighbouring lines; for a white residual if the band has none.
     pub fn variance_near(&self, samples: &[f64], rate_hz: f64) -> f64 {
         let n = samples.len() as f64;
         let line = rate_hz / n;
-        let mut left = samples.to_vec();
-        self.subtract_from(&mut left, rate_hz);
-        left.iter_mut().for_each(|x| *x -= self.offset);
-        let sides =
+        let mut residual = samples.to_vec();
+        self.subtract_from(&mut residual, rate_hz);
+        residual.iter_mut().for_each(|x| *x -= self.offset);
+        let neighbours =
             NOISE_LINES.flat_map(|k| [-1.0, 1.0].map(|s| self.frequency_hz + s * k as f64 * line));
-        let is_line = |f: &f64| *f > line && *f < 0.5 * rate_hz - line;
-        let powers: Vec<f64> = sides
-            .filter(is_line)
-            .map(|f| transform(&left, TAU * f / rate_hz).norm_sqr())
+        let in_band = |f: &f64| *f > line && *f < 0.5 * rate_hz - line;
+        let powers: Vec<f64> = neighbours
+            .filter(in_band)
+            .map(|f| transform(&residual, TAU * f / rate_hz).norm_sqr())
             .collect();
         match powers.is_empty() {
             true => self.variance,
@@ -65,55 +65,55 @@ impl SineFit {
     }
 }
 
-/// Lines either side of a sine whose residual is the noise on it, from the second on: the fit takes from the first.
+/// Line distances on either side of a sine for the noise estimate; the fit removes noise from the first line.
 const NOISE_LINES: std::ops::RangeInclusive<usize> = 2..=9;
 
-/// `Σ x_j e^{−iωj}`, by Goertzel's recursion.
-fn transform(samples: &[f64], turn: f64) -> Complex {
-    let c = 2.0 * turn.cos();
+/// Fourier sum `Σ x_j e^{−iωj}` by Goertzel's recursion, up to a phase; `omega`: rad per sample.
+fn transform(samples: &[f64], omega: f64) -> Complex {
+    let c = 2.0 * omega.cos();
     let (last, before) = (samples.iter()).fold((0.0, 0.0), |(s, t), x| (x + c * s - t, s));
-    let back = Complex::from_polar(1.0, turn);
-    // The phase of the first sample does not count.
-    back * last - before
+    let rotation = Complex::from_polar(1.0, omega);
+    // The phase of the first sample is irrelevant to the power.
+    rotation * last - before
 }
 
-/// Steps of Gauss and Newton that a fit from a start within half a line takes at most.
+/// Maximum number of Gauss–Newton steps of a fit from a start within half a line.
 const MAX_ITERATIONS: usize = 30;
 
-/// Convergence tolerance of the frequency: turns over half the record.
+/// Convergence tolerance of the frequency, cycles over half the record.
 const FREQUENCY_TOLERANCE: f64 = 1e-12;
 
-/// A change of less than this that is not half the last one is rounding: turns over half the record. The angle from one sample to the
-/// next is known to `2⁻⁵²` of the power of two below it; where it lies little above one, as 1.13 at 180 Hz of 1 000 Hz, a long record
-/// turns by more than [`FREQUENCY_TOLERANCE`] from one such angle to its neighbour, and the steps go back and forth between them without end.
+/// Limit of rounding, cycles over half the record: a smaller change that exceeds half the previous one ends the iteration. The angle per
+/// sample has a resolution of `2⁻⁵²` of the power of two below it. Slightly above one, as 1.13 at 180 Hz and 1 000 samples/s, it amounts
+/// to more than [`FREQUENCY_TOLERANCE`] over a long record, and the steps would alternate between two adjacent values.
 const ROUNDING_TOLERANCE: f64 = 1e-6;
 
 /// Fits amplitude and offset at a known frequency.
 ///
 /// # Errors
-/// `IllPosed`: fewer than five samples, or a frequency at which sine, cosine and level are not distinguished.
+/// `IllPosed`: fewer than five samples, or a frequency at which sine, cosine and offset are linearly dependent.
 pub fn fit_amplitude(samples: &[f64], rate_hz: f64, frequency_hz: f64) -> Result<SineFit, Error> {
     Ok(step(samples, rate_hz, frequency_hz, None)?.0)
 }
 
-/// Fits amplitude, offset and frequency, from a start within about half of `rate/n` of it.
+/// Fits amplitude, offset and frequency, from an initial frequency within about half a line, `rate/n`.
 ///
 /// # Errors
-/// As [`fit_amplitude`]; `NoConvergence` where the frequency runs away.
+/// As [`fit_amplitude`]; `NoConvergence`: the frequency diverges.
 pub fn fit(samples: &[f64], rate_hz: f64, start_hz: f64) -> Result<SineFit, Error> {
     let half = 0.5 * samples.len() as f64 / rate_hz;
     let mut frequency = start_hz;
-    let (mut found, _) = step(samples, rate_hz, frequency, None)?;
+    let (mut fitted, _) = step(samples, rate_hz, frequency, None)?;
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
         let change;
-        (found, change) = step(samples, rate_hz, frequency, Some(found.amplitude))?;
+        (fitted, change) = step(samples, rate_hz, frequency, Some(fitted.amplitude))?;
         frequency += change;
-        let turns = change.abs() * half;
-        if turns < FREQUENCY_TOLERANCE || (turns < ROUNDING_TOLERANCE && turns > 0.5 * last) {
-            return Ok(found);
+        let cycles = change.abs() * half;
+        if cycles < FREQUENCY_TOLERANCE || (cycles < ROUNDING_TOLERANCE && cycles > 0.5 * last) {
+            return Ok(fitted);
         }
-        last = turns;
+        last = cycles;
         if (frequency - start_hz).abs() * half > 1.0 || !frequency.is_finite() {
             break;
         }
@@ -124,7 +124,7 @@ pub fn fit(samples: &[f64], rate_hz: f64, start_hz: f64) -> Result<SineFit, Erro
     ))
 }
 
-/// One least-squares fit; with an amplitude also of the change of frequency, Hz.
+/// Linear least-squares fit; with an amplitude `around` also of the change of frequency, Hz.
 fn step(
     samples: &[f64],
     rate_hz: f64,
@@ -140,10 +140,10 @@ fn step(
         ));
     }
     let middle = 0.5 * (n as f64 - 1.0);
-    let turn = TAU * frequency_hz / rate_hz;
+    let omega = TAU * frequency_hz / rate_hz;
     let rows = |j: usize| {
         let t = j as f64 - middle;
-        let (s, c) = (turn * t).sin_cos();
+        let (s, c) = (omega * t).sin_cos();
         // a cos θ + b sin θ, A = a − ib; the last column by ω, over half the record.
         let slope = around.map_or(0.0, |a| (-a.re * s - a.im * c) * t / middle);
         [c, s, 1.0, slope]
@@ -159,26 +159,26 @@ fn step(
             }
         }
     }
-    let found = lu_solve(&normal, &right).map_err(|_| {
+    let solution = lu_solve(&normal, &right).map_err(|_| {
         Error::new(
             Code::IllPosed,
             format!("{n} samples do not determine a sine of {frequency_hz} Hz at {rate_hz} Hz"),
         )
     })?;
-    let left = |(j, x): (usize, &f64)| {
+    let squared_residual = |(j, x): (usize, &f64)| {
         let row = rows(j);
-        let model: f64 = (0..unknowns).map(|p| row[p] * found[(p, 0)]).sum();
+        let model: f64 = (0..unknowns).map(|p| row[p] * solution[(p, 0)]).sum();
         (x - model).powi(2)
     };
-    let square: f64 = samples.iter().enumerate().map(left).sum();
+    let squares: f64 = samples.iter().enumerate().map(squared_residual).sum();
     let fitted = SineFit {
         frequency_hz,
-        amplitude: Complex::new(found[(0, 0)], -found[(1, 0)]),
-        offset: found[(2, 0)],
-        variance: 4.0 * square / (n - unknowns) as f64 / n as f64,
+        amplitude: Complex::new(solution[(0, 0)], -solution[(1, 0)]),
+        offset: solution[(2, 0)],
+        variance: 4.0 * squares / (n - unknowns) as f64 / n as f64,
     };
     let change = if unknowns == 4 {
-        found[(3, 0)] / middle * rate_hz / TAU
+        solution[(3, 0)] / middle * rate_hz / TAU
     } else {
         0.0
     };
@@ -190,8 +190,8 @@ mod tests {
     use super::*;
 
     fn wave(n: usize, f: f64, a: f64, phase: f64) -> Vec<f64> {
-        let at = |j: usize| 0.7 + a * (TAU * f * j as f64 + phase).cos();
-        (0..n).map(at).collect()
+        let value = |j: usize| 0.7 + a * (TAU * f * j as f64 + phase).cos();
+        (0..n).map(value).collect()
     }
 
     #[test]
@@ -206,8 +206,8 @@ mod tests {
         }
     }
 
-    /// Long records of sines whose angle from sample to sample is known worst, in noise: steps of one rounding went back and forth at
-    /// some of them, and they counted as no sines.
+    /// Long noisy records of sines at the coarsest resolution of the angle per sample: the iteration converges although its last steps
+    /// alternate by one rounding.
     #[test]
     fn survives_rounding_of_the_angle() {
         const SAMPLES: usize = 60_000;
@@ -226,7 +226,7 @@ mod tests {
         }
     }
 
-    /// In noise the stated variance of the amplitude is its scatter.
+    /// The stated variance of the amplitude equals its scatter in white noise.
     #[test]
     fn law_variance_of_the_amplitude() {
         let mut rng = fastrand::Rng::with_seed(2);
@@ -244,7 +244,7 @@ mod tests {
         assert!((stated / scatter - 1.0).abs() < 0.08, "{stated} {scatter}");
     }
 
-    /// Noise that is louder at the frequency than elsewhere: the stated variance of the amplitude is its scatter all the same.
+    /// The stated variance of the amplitude equals its scatter in noise with a peak at the frequency.
     #[test]
     fn law_variance_in_coloured_noise() {
         let mut rng = fastrand::Rng::with_seed(7);

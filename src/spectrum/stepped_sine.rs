@@ -1,8 +1,8 @@
-//! FRFs from stepped sines: dwells found in the input, a sine fitted to input and outputs on each.
+//! FRFs from stepped sines: dwells detected in the input, with sine fits of input and outputs.
 //!
 //! IEEE Std 1057-2017, section 4.6: four parameters on the input, which gives the frequency, three at that frequency on the outputs,
-//! `H = A_y/A_x`. What the fit leaves near the frequency is the noise on it: with `R(f) = Σ r e^{−iωj}` over N samples,
-//! `E|ΔA|² = 4 E|R|²/N²`, by the mean over lines about the sine, so that neither noise elsewhere nor multiples of the sine count.
+//! `H = A_y/A_x`. The residual near the frequency estimates the noise: with `R(f) = Σ r e^{−iωj}` over N samples,
+//! `E|ΔA|² = 4 E|R|²/N²`, by the mean over lines about the sine, which excludes noise elsewhere and harmonics of the sine.
 
 use std::ops::Range;
 
@@ -16,13 +16,13 @@ use crate::numeric::fft::{RealFft, next_fast_len};
 use crate::numeric::sorting::sort_rising;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
-/// Fewer periods are no dwell.
+/// Minimum number of periods of a dwell.
 const MIN_PERIODS: usize = 8;
 
-/// The dwell of a given range: its frequency is that of the highest line.
+/// Dwell of a given range, with the frequency of the highest spectral line.
 ///
 /// # Errors
-/// `NoSignal` for an input that is constant there; `TooShort` for a range of fewer than eight samples or beyond the input.
+/// `NoSignal` for an input constant over the range; `TooShort` for a range of fewer than eight samples or beyond the input.
 pub fn dwell_of_range(input: &[f64], rate_hz: f64, range: Range<usize>) -> Result<Dwell, Error> {
     let Some(samples) = input.get(range.clone()).filter(|s| s.len() >= 8) else {
         let message = format!(
@@ -33,7 +33,7 @@ pub fn dwell_of_range(input: &[f64], rate_hz: f64, range: Range<usize>) -> Resul
         );
         return Err(Error::new(Code::TooShort, message));
     };
-    // Padded, so that the highest line is within a quarter of a line of the frequency.
+    // With zero padding the highest line is within a quarter of a line of the frequency.
     let mut fft = RealFft::new(next_fast_len(2 * samples.len()));
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     let mut padded = vec![0.0; fft.samples()];
@@ -54,71 +54,71 @@ pub fn dwell_of_range(input: &[f64], rate_hz: f64, range: Range<usize>) -> Resul
     }
 }
 
-/// Whether dwells hold their frequency: what they drift from one half to the other is small against the step to the next. A sweep drifts
-/// by half of it.
+/// Whether the frequency of dwells is constant: the drift between both halves is small relative to the step to the next dwell. In a sweep
+/// it is half the step.
 pub fn dwells_hold_frequency(input: &[f64], rate_hz: f64, dwells: &[Dwell]) -> bool {
-    /// Largest drift as a share of the step.
+    /// Largest drift relative to the frequency step.
     const MAX_DRIFT: f64 = 0.1;
-    let mut shares = Vec::with_capacity(dwells.len());
+    let mut drifts = Vec::with_capacity(dwells.len());
     for pair in dwells.windows(2) {
         let range = &pair[0].range;
         let middle = usize::midpoint(range.start, range.end);
-        let of = |part: Range<usize>| -> Result<f64, Error> {
-            Ok(fit(&input[part], rate_hz, pair[0].frequency_hz)?.frequency_hz)
+        let f = |samples: Range<usize>| -> Result<f64, Error> {
+            Ok(fit(&input[samples], rate_hz, pair[0].frequency_hz)?.frequency_hz)
         };
-        let drift = match (of(range.start..middle), of(middle..range.end)) {
+        let drift = match (f(range.start..middle), f(middle..range.end)) {
             (Ok(first), Ok(second)) => (second - first).abs(),
             _ => f64::INFINITY,
         };
-        shares.push(drift / (pair[1].frequency_hz - pair[0].frequency_hz).abs());
+        drifts.push(drift / (pair[1].frequency_hz - pair[0].frequency_hz).abs());
     }
-    !shares.is_empty() && median(&shares) < MAX_DRIFT
+    !drifts.is_empty() && median(&drifts) < MAX_DRIFT
 }
 
-/// A crossing counts once the signal was below this share of its present size.
+/// Hysteresis of a crossing, relative to the present amplitude.
 const HYSTERESIS: f64 = 0.1;
 
-/// The dwells of an input that steps from frequency to frequency: runs of regular upward crossings of its median.
+/// Dwells of a stepped-sine input: runs of regular upward crossings of its median.
 pub fn find_dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
     let crossings = crossings(input);
-    let mut found = Vec::new();
-    let mut from = 0;
-    while from + MIN_PERIODS < crossings.len() {
-        let mut beat = PeriodFit::new(crossings[from], crossings[from + 1]);
-        let later = crossings[from + 2..].iter();
-        let run = 1 + later.take_while(|&&at| beat.try_push(at)).count();
+    let mut dwells = Vec::new();
+    let mut start = 0;
+    while start + MIN_PERIODS < crossings.len() {
+        let mut period_fit = PeriodFit::new(crossings[start], crossings[start + 1]);
+        let later = crossings[start + 2..].iter();
+        let run = 1 + later.take_while(|&&time| period_fit.try_push(time)).count();
         if run >= MIN_PERIODS {
-            let (last, period) = trim_run(&crossings[from..=from + run]);
-            // The first and the last period may hold a part of the step.
-            let range = crossings[from + 1].ceil() as usize..crossings[from + last - 1] as usize;
-            found.push(Dwell {
+            let (last, period) = trim_run(&crossings[start..=start + run]);
+            // The first and the last period may contain the frequency step.
+            let range = crossings[start + 1].ceil() as usize..crossings[start + last - 1] as usize;
+            dwells.push(Dwell {
                 range,
                 frequency_hz: rate_hz / period,
             });
-            from += run;
+            start += run;
         } else {
-            from += 1;
+            start += 1;
         }
     }
-    found
+    dwells
 }
 
-/// The last crossing of a run that keeps the beat of its first three quarters, and the period of these: a small step is noticed late.
+/// Last crossing consistent with the first three quarters of a run, and their period, samples: a small frequency step is detected late.
 fn trim_run(run: &[f64]) -> (usize, f64) {
     const OUTLIER_SIGMA: f64 = 2.0; // times their scatter
-    let kept = (3 * run.len() / 4).max(3);
-    let mut beat = PeriodFit::new(run[0], run[1]);
-    run[2..kept].iter().for_each(|&at| beat.add(at));
-    let (.., scatter) = beat.line();
-    let allowed = (OUTLIER_SIGMA * scatter).max(MIN_TOLERANCE * beat.first);
+    let reference = (3 * run.len() / 4).max(3);
+    let mut line = PeriodFit::new(run[0], run[1]);
+    run[2..reference].iter().for_each(|&time| line.add(time));
+    let (.., scatter) = line.line();
+    let allowed = (OUTLIER_SIGMA * scatter).max(MIN_TOLERANCE * line.first);
     let mut last = run.len() - 1;
-    while last > kept && beat.deviation(run[last], last as f64).abs() > allowed {
+    while last > reference && line.deviation(run[last], last as f64).abs() > allowed {
         last -= 1;
     }
-    (last, beat.period())
+    (last, line.period())
 }
 
-/// A straight line through crossings over their number, kept as what they stray from the first period: `r_i = t_i − t_0 − i p`.
+/// Regression line of crossing times over their number, by the deviations from the first period: `r_i = t_i − t_0 − i p`, samples.
 struct PeriodFit {
     start: f64,
     first: f64,
@@ -137,15 +137,15 @@ impl PeriodFit {
         }
     }
 
-    /// Slope of r, r in the middle, and their scatter about the line.
+    /// Slope and mean of r, and its standard deviation about the line.
     fn line(&self) -> (f64, f64, f64) {
         let n = self.count;
         let [r, ir, rr] = self.sums;
-        let spread = n * (n * n - 1.0) / 12.0;
-        let (mean, lean) = (r / n, ir - 0.5 * (n - 1.0) * r);
-        let slope = lean / spread;
-        let left = rr - n * mean * mean - slope * lean;
-        (slope, mean, (left.max(0.0) / (n - 2.0).max(1.0)).sqrt())
+        let variance = n * (n * n - 1.0) / 12.0;
+        let (mean, covariance) = (r / n, ir - 0.5 * (n - 1.0) * r);
+        let slope = covariance / variance;
+        let residual = rr - n * mean * mean - slope * covariance;
+        (slope, mean, (residual.max(0.0) / (n - 2.0).max(1.0)).sqrt())
     }
 
     fn period(&self) -> f64 {
@@ -153,30 +153,30 @@ impl PeriodFit {
     }
 
     /// Deviation of a crossing of the given number from its expected time.
-    fn deviation(&self, at: f64, number: f64) -> f64 {
+    fn deviation(&self, time: f64, number: f64) -> f64 {
         let (slope, mean, _) = self.line();
         let expected = mean + slope * (number - 0.5 * (self.count - 1.0));
-        at - self.start - number * self.first - expected
+        time - self.start - number * self.first - expected
     }
 
-    /// Adds a crossing, if it comes when the ones before let expect it.
-    fn try_push(&mut self, at: f64) -> bool {
+    /// Adds a crossing within the tolerance of its expected time; returns whether it was added.
+    fn try_push(&mut self, time: f64) -> bool {
         let (.., scatter) = self.line();
-        let most = MAX_TOLERANCE * self.first;
+        let max = MAX_TOLERANCE * self.first;
         let allowed = if self.count < MIN_PERIODS as f64 {
-            most
+            max
         } else {
-            (MAX_SCATTER_RATIO * scatter).clamp(MIN_TOLERANCE * self.first, most)
+            (MAX_SCATTER_RATIO * scatter).clamp(MIN_TOLERANCE * self.first, max)
         };
-        if self.deviation(at, self.count).abs() > allowed {
+        if self.deviation(time, self.count).abs() > allowed {
             return false;
         }
-        self.add(at);
+        self.add(time);
         true
     }
 
-    fn add(&mut self, at: f64) {
-        let r = at - self.start - self.count * self.first;
+    fn add(&mut self, time: f64) {
+        let r = time - self.start - self.count * self.first;
         self.sums[0] += r;
         self.sums[1] += self.count * r;
         self.sums[2] += r * r;
@@ -184,63 +184,63 @@ impl PeriodFit {
     }
 }
 
-/// A crossing ends a dwell when it is off by so many times the scatter of those before …
+/// Tolerance of a crossing time in a dwell, in standard deviations of the preceding crossings …
 const MAX_SCATTER_RATIO: f64 = 6.0;
 
-/// … but by this share of a period at least: interpolation between samples is no better …
+/// … with this lower limit, relative to a period: the accuracy of interpolation between samples …
 const MIN_TOLERANCE: f64 = 0.005;
 
-/// … and always by this share.
+/// … and this upper limit, relative to a period.
 const MAX_TOLERANCE: f64 = 0.05;
 
-/// Times, in samples, at which a signal rises through its median.
+/// Times of the upward crossings of the median, samples.
 fn crossings(input: &[f64]) -> Vec<f64> {
     let level = median(input);
-    let mut found: Vec<f64> = Vec::new();
-    let (mut size, mut is_armed, mut fade) = (0.0_f64, false, 1.0);
+    let mut times: Vec<f64> = Vec::new();
+    let (mut amplitude, mut is_armed, mut decay) = (0.0_f64, false, 1.0);
     for (j, pair) in input.windows(2).enumerate() {
-        let (before, now) = (pair[0] - level, pair[1] - level);
-        size = now.abs().max(size * fade);
-        if now < -HYSTERESIS * size {
+        let (before, after) = (pair[0] - level, pair[1] - level);
+        amplitude = after.abs().max(amplitude * decay);
+        if after < -HYSTERESIS * amplitude {
             is_armed = true;
         }
-        if is_armed && now >= 0.0 {
+        if is_armed && after >= 0.0 {
             is_armed = false;
-            let at = j as f64
-                + if now > before {
-                    -before / (now - before)
+            let time = j as f64
+                + if after > before {
+                    -before / (after - before)
                 } else {
                     0.0
                 };
-            if let Some(last) = found.last() {
-                fade = (-1.0_f64 / (at - last).max(1.0)).exp();
+            if let Some(last) = times.last() {
+                decay = (-1.0_f64 / (time - last).max(1.0)).exp();
             }
-            found.push(at);
+            times.push(time);
         }
     }
-    found
+    times
 }
 
-/// Frequencies nearer than this share of a line are the same again.
+/// Frequency difference, lines, below which two dwells have the same frequency.
 const SAME_FREQUENCY_LINES: f64 = 0.02;
 
-/// Responses of a stepped sine.
+/// Frequency responses of a stepped-sine test.
 #[derive(Debug)]
 pub struct SteppedSineEstimate {
-    /// One line for each frequency, rising.
+    /// Frequency responses, one line per frequency in ascending order.
     pub responses: FrequencyResponses,
-    /// Frequencies of dwells that were too short for an output to settle, Hz.
+    /// Frequencies of dwells too short for a steady state of an output, Hz.
     pub unsettled_hz: Vec<f64>,
 }
 
-/// Frequency responses over the dwells; of one frequency dwelt on twice the mean, by weights. Of each dwell the part counts over which
-/// the responses have settled; where they have not by its end, what the rest of it would have brought is taken from how it rings out.
+/// Frequency responses by the dwells; repeated frequencies are averaged with the inverse variances as weights. Each dwell is evaluated in
+/// its steady state; without one by its end, the steady state is extrapolated from the decay of the transient.
 ///
 /// # Errors
 /// `NoSignal`: no dwell. As [`fit`].
 ///
 /// # Panics
-/// Outputs shorter than the dwells reach: a mistake of the caller.
+/// Outputs shorter than the dwells: a mistake of the caller.
 pub fn estimate_from_dwells(
     rate_hz: f64,
     input: (&ChannelLabel, &[f64]),
@@ -256,7 +256,7 @@ pub fn estimate_from_dwells(
     }
     let mut order: Vec<&Dwell> = dwells.iter().collect();
     sort_rising(&mut order, |a| a.frequency_hz);
-    let mut found = FrequencyResponses {
+    let mut estimate = FrequencyResponses {
         frequency_hz: Vec::with_capacity(dwells.len()),
         responses: outputs
             .iter()
@@ -274,44 +274,44 @@ pub fn estimate_from_dwells(
     };
     let mut unsettled_hz = Vec::new();
     for dwell in order {
-        let whole = fit(&input.1[dwell.range.clone()], rate_hz, dwell.frequency_hz)?;
+        let full_fit = fit(&input.1[dwell.range.clone()], rate_hz, dwell.frequency_hz)?;
         let mut start = dwell.range.start;
         for (_, output) in outputs {
             start = start.max(settled_from(
                 dwell,
-                whole.frequency_hz,
+                full_fit.frequency_hz,
                 rate_hz,
                 input.1,
                 output,
             )?);
         }
         let range = start..dwell.range.end;
-        let x = fit(&input.1[range.clone()], rate_hz, whole.frequency_hz)?;
-        let of_x = x.variance_near(&input.1[range.clone()], rate_hz);
-        let again = SAME_FREQUENCY_LINES * rate_hz / range.len() as f64;
-        let last = found.frequency_hz.last().copied();
-        let is_again = last.is_some_and(|last| x.frequency_hz - last < again);
-        if !is_again {
-            found.frequency_hz.push(x.frequency_hz);
+        let x = fit(&input.1[range.clone()], rate_hz, full_fit.frequency_hz)?;
+        let variance_x = x.variance_near(&input.1[range.clone()], rate_hz);
+        let tolerance = SAME_FREQUENCY_LINES * rate_hz / range.len() as f64;
+        let last = estimate.frequency_hz.last().copied();
+        let is_repeated = last.is_some_and(|last| x.frequency_hz - last < tolerance);
+        if !is_repeated {
+            estimate.frequency_hz.push(x.frequency_hz);
         }
-        for ((_, output), function) in outputs.iter().zip(&mut found.responses) {
+        for ((_, output), function) in outputs.iter().zip(&mut estimate.responses) {
             let y = fit_amplitude(&output[range.clone()], rate_hz, x.frequency_hz)?;
             let mut h = y.amplitude / x.amplitude;
-            let of_y = y.variance_near(&output[range.clone()], rate_hz);
-            let mut noise = (of_y + h.norm_sqr() * of_x) / x.amplitude.norm_sqr();
-            if let Some(ringing) =
+            let variance_y = y.variance_near(&output[range.clone()], rate_hz);
+            let mut noise = (variance_y + h.norm_sqr() * variance_x) / x.amplitude.norm_sqr();
+            if let Some(extrapolated) =
                 SteadyStateEstimate::extrapolate(dwell, x.frequency_hz, rate_hz, input.1, output)?
             {
-                (h, noise) = (ringing.steady_state, noise + ringing.variance);
+                (h, noise) = (extrapolated.steady_state, noise + extrapolated.variance);
                 if unsettled_hz.last() != Some(&x.frequency_hz) {
                     unsettled_hz.push(x.frequency_hz);
                 }
             }
             let variance = function.variance.get_or_insert_default();
-            match (is_again, function.values.last_mut(), variance.last_mut()) {
+            match (is_repeated, function.values.last_mut(), variance.last_mut()) {
                 (true, Some(value), Some(variance)) => {
-                    let least = (f64::EPSILON * h.norm()).powi(2).max(f64::MIN_POSITIVE);
-                    let weights = (variance.max(least).recip(), noise.max(least).recip());
+                    let min = (f64::EPSILON * h.norm()).powi(2).max(f64::MIN_POSITIVE);
+                    let weights = (variance.max(min).recip(), noise.max(min).recip());
                     let sum = weights.0 + weights.1;
                     *value = (*value * weights.0 + h * weights.1) / sum;
                     *variance = sum.recip();
@@ -324,7 +324,7 @@ pub fn estimate_from_dwells(
         }
     }
     Ok(SteppedSineEstimate {
-        responses: found,
+        responses: estimate,
         unsettled_hz,
     })
 }

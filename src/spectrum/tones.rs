@@ -1,8 +1,8 @@
 //! Detection of sines in noise by Thomson's F test on sine tapers.
 //!
 //! The harmonic test of Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), section XIII, with the tapers of
-//! [`multitaper`](crate::spectrum::multitaper). It asks for a density that is even over K lines: a resonance as narrow as a line of the whole
-//! record cannot be told from a sine. Two sines of like size within about four lines of each other stay unseen.
+//! [`multitaper`](crate::spectrum::multitaper). It requires a density that is flat over K lines: a resonance as narrow as a line of the
+//! record is indistinguishable from a sine. Two sines of similar amplitude within about four lines of each other are not detected.
 
 use super::multitaper::{line_value, transform};
 use super::sine::{self, SineFit};
@@ -11,48 +11,48 @@ use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, prev_fast_len};
 use crate::numeric::sorting::{sort_falling, sort_rising};
 
-/// A sine of constant amplitude and frequency.
+/// Sine of constant amplitude and frequency in all channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tone {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// 0 to peak, by channel.
+    /// Amplitude (0 to peak) by channel, in the unit of the channel.
     pub amplitude: Vec<f64>,
-    /// Probability that noise alone exceeds its level so far anywhere.
+    /// False-alarm probability over the record: that noise alone exceeds the test statistic at any frequency.
     pub probability: f64,
 }
 
-/// Tapers: many tell weak tones, few tell strong ones that lie close together or near the ends of the band.
+/// Numbers of tapers: many detect weak tones, few resolve strong ones near each other or near the ends of the band.
 const TAPERS: [usize; 2] = [12, 4];
 
-/// Places looked at per half line. At half lines alone a sine midway between two has F of about 50 however strong it is, no more than
-/// noise reaches somewhere in a long record.
+/// Test frequencies per half line. At half lines alone a sine midway between two has F of about 50 at any amplitude, no more than
+/// the maximum of noise in a long record.
 const GRID_PER_HALF_LINE: usize = 2;
 
-/// Probability that noise alone shows one tone, in a record.
+/// False-alarm probability of a tone, per record.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// Strong tones hide weak ones next to them: looked at again without, so often at most.
+/// Maximum number of rounds: strong tones mask weak neighbours until they are removed.
 const MAX_ROUNDS: usize = 4;
 
-/// Tones taken out in a round, at most.
+/// Maximum number of tones removed per round.
 const MAX_TONES_PER_ROUND: usize = 64;
 
-/// Lines: what is left of a tone that is none to the last digit lies within this of it, and is no second one.
+/// Distance, lines, within which a detection is the residual of a removed tone, not a second tone.
 const SAME_TONE_LINES: f64 = 2.0;
 
-/// Lines: tones nearer than this are fitted again without each other.
+/// Distance, lines, within which tones are refitted without each other.
 const NEIGHBOUR_LINES: f64 = 12.0;
 
-/// Convergence tolerance of tones near each other, in lines; and maximum number of refits.
+/// Convergence tolerance of neighbouring tones, lines; and maximum number of refits.
 const REFIT_TOLERANCE_LINES: f64 = 1e-5;
 const MAX_REFITS: usize = 20;
 
-/// Refits of a search, at most: a line that wanders is many tones near each other, which are put back later in any case.
+/// Maximum number of refits of a search: a line of variable frequency appears as many neighbouring tones, restored later in any case.
 const MAX_TOTAL_REFITS: usize = 500;
 
-/// Finds tones and takes them out of the channels, which are of equal length; by rising frequency. None where a record is shorter than
-/// eight samples a taper.
+/// Detects tones and subtracts them from the channels of equal length; in order of frequency. No tones in records of less than eight
+/// samples per taper.
 ///
 /// # Errors
 /// `Overflow`: a sample that is not finite.
@@ -61,12 +61,12 @@ pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>
     if samples < 8 * TAPERS[0] {
         return Ok(Vec::new());
     }
-    let whole = prev_fast_len(samples + 1);
+    let transform_len = prev_fast_len(samples + 1);
     let mut search = ToneSearch {
         rate_hz,
-        transform_len: whole,
+        transform_len,
         channels,
-        fft: RealFft::new(2 * GRID_PER_HALF_LINE * whole),
+        fft: RealFft::new(2 * GRID_PER_HALF_LINE * transform_len),
         tones: Vec::new(),
         refits: 0,
     };
@@ -78,31 +78,31 @@ pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>
             search.refine_neighbours()?;
         }
     }
-    let mut found = search.tones;
-    sort_rising(&mut found, |a| a.frequency_hz());
-    Ok(found.iter().map(ToneFit::tone).collect())
+    let mut tones = search.tones;
+    sort_rising(&mut tones, |a| a.frequency_hz());
+    Ok(tones.iter().map(ToneFit::tone).collect())
 }
 
-/// One tone in every channel.
+/// Sine fits of one tone in all channels.
 struct ToneFit {
     fits: Vec<SineFit>,
-    /// The channel that tells its frequency.
+    /// Channel of the frequency estimate, with the largest test statistic.
     reference_channel: usize,
     probability: f64,
-    /// True once a fit without the tones near it moved it no further.
+    /// True after convergence of the frequency in refits without the neighbours.
     is_settled: bool,
 }
 
 impl ToneFit {
-    /// Fitted at its frequency, and taken out.
+    /// Fits a tone near `start_hz` and subtracts it from the channels.
     fn new(
         rate_hz: f64,
         channels: &mut [Vec<f64>],
-        clearest: usize,
+        reference_channel: usize,
         start_hz: f64,
         probability: f64,
     ) -> Result<ToneFit, Error> {
-        let frequency_hz = sine::fit(&channels[clearest], rate_hz, start_hz)?.frequency_hz;
+        let frequency_hz = sine::fit(&channels[reference_channel], rate_hz, start_hz)?.frequency_hz;
         let fits = channels
             .iter()
             .map(|channel| sine::fit_amplitude(channel, rate_hz, frequency_hz))
@@ -112,7 +112,7 @@ impl ToneFit {
         }
         Ok(ToneFit {
             fits,
-            reference_channel: clearest,
+            reference_channel,
             probability,
             is_settled: false,
         })
@@ -131,15 +131,15 @@ impl ToneFit {
     }
 }
 
-/// Channels that tones are taken out of, one after another.
+/// Successive detection and removal of tones.
 struct ToneSearch<'a> {
     rate_hz: f64,
-    /// Samples of a transform and one more.
+    /// Number of samples of a transform plus one.
     transform_len: usize,
     channels: &'a mut [Vec<f64>],
     fft: RealFft,
     tones: Vec<ToneFit>,
-    /// Fits of tones without those near them, so far.
+    /// Number of refits without neighbouring tones.
     refits: usize,
 }
 
@@ -155,25 +155,25 @@ impl ToneSearch<'_> {
             let lines = transform(&channel[..self.transform_len - 1], &mut self.fft)?;
             tests.push(f_statistics(&lines, self.transform_len, tapers));
         }
-        let looked_at = (self.channels.len() * self.transform_len * TAPERS.len()) as f64;
+        let n_tests = (self.channels.len() * self.transform_len * TAPERS.len()) as f64;
         let mut is_new = false;
-        for &(m, clearest) in peaks(&tests, looked_at, tapers)
+        for &(m, channel) in peaks(&tests, n_tests, tapers)
             .iter()
             .take(MAX_TONES_PER_ROUND)
         {
             let start = m as f64 * 0.5 / GRID_PER_HALF_LINE as f64 * self.line_hz();
             let probability =
-                (false_alarm_probability(tests[clearest][m], tapers) * looked_at).min(1.0);
-            let fitted = ToneFit::new(self.rate_hz, self.channels, clearest, start, probability);
-            // What runs away from where it stands out is no sine there.
+                (false_alarm_probability(tests[channel][m], tapers) * n_tests).min(1.0);
+            let fitted = ToneFit::new(self.rate_hz, self.channels, channel, start, probability);
+            // A fit whose frequency diverges from the detection is no sine.
             let Ok(tone) = fitted else {
                 continue;
             };
-            let apart = |t: &ToneFit| (t.frequency_hz() - tone.frequency_hz()).abs();
+            let distance = |t: &ToneFit| (t.frequency_hz() - tone.frequency_hz()).abs();
             if self
                 .tones
                 .iter()
-                .all(|t| apart(t) > SAME_TONE_LINES * self.line_hz())
+                .all(|t| distance(t) > SAME_TONE_LINES * self.line_hz())
             {
                 is_new = true;
                 self.tones.push(tone);
@@ -182,45 +182,39 @@ impl ToneSearch<'_> {
         Ok(is_new)
     }
 
-    /// Fits tones near each other again, each without the others, until they converge: those that moved, and their neighbours.
+    /// Refits neighbouring tones, each without the others, until all frequencies converge.
     fn refine_neighbours(&mut self) -> Result<(), Error> {
         let line_hz = self.line_hz();
         for _ in 0..MAX_REFITS {
             let mut is_settled = true;
-            for at in 0..self.tones.len() {
+            for k in 0..self.tones.len() {
                 let is_moving = |other: usize| {
-                    let (one, other) = (&self.tones[at], &self.tones[other]);
-                    let apart = (other.frequency_hz() - one.frequency_hz()).abs();
-                    let is_settled = one.is_settled && other.is_settled;
-                    !is_settled && apart > 0.0 && apart < NEIGHBOUR_LINES * line_hz
+                    let (tone, other) = (&self.tones[k], &self.tones[other]);
+                    let distance = (other.frequency_hz() - tone.frequency_hz()).abs();
+                    let is_settled = tone.is_settled && other.is_settled;
+                    !is_settled && distance > 0.0 && distance < NEIGHBOUR_LINES * line_hz
                 };
                 if self.refits >= MAX_TOTAL_REFITS || !(0..self.tones.len()).any(is_moving) {
                     continue;
                 }
                 self.refits += 1;
-                let old = &self.tones[at];
+                let old = &self.tones[k];
                 for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
                     fit.add_to(channel, self.rate_hz);
                 }
-                let (start, clearest) = (old.frequency_hz(), old.reference_channel);
-                match ToneFit::new(
-                    self.rate_hz,
-                    self.channels,
-                    clearest,
-                    start,
-                    old.probability,
-                ) {
+                let (start, channel) = (old.frequency_hz(), old.reference_channel);
+                match ToneFit::new(self.rate_hz, self.channels, channel, start, old.probability) {
                     Ok(mut new) => {
                         let moved = (new.frequency_hz() - start).abs() / line_hz;
                         new.is_settled = moved < REFIT_TOLERANCE_LINES;
                         is_settled &= new.is_settled;
-                        self.tones[at] = new;
+                        self.tones[k] = new;
                     }
                     Err(_) => {
                         for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
                             fit.subtract_from(channel, self.rate_hz);
                         }
-                        self.tones[at].is_settled = true;
+                        self.tones[k].is_settled = true;
                     }
                 }
             }
@@ -232,69 +226,69 @@ impl ToneSearch<'_> {
     }
 }
 
-/// F at every place.
-fn f_statistics(transform: &[Complex], whole: usize, tapers: usize) -> Vec<f64> {
+/// F statistic at every test frequency.
+fn f_statistics(transform: &[Complex], transform_len: usize, tapers: usize) -> Vec<f64> {
     let weight = |k: usize| match k % 2 {
-        1 => 1.0 / (std::f64::consts::PI * k as f64 / (2 * whole) as f64).tan(),
+        1 => 1.0 / (std::f64::consts::PI * k as f64 / (2 * transform_len) as f64).tan(),
         _ => 0.0,
     };
     let weights: Vec<f64> = (1..=tapers).map(weight).collect();
-    let square: f64 = weights.iter().map(|u| u * u).sum();
-    let one = |m: usize| {
+    let squares: f64 = weights.iter().map(|u| u * u).sum();
+    let f_at = |m: usize| {
         if m <= GRID_PER_HALF_LINE * tapers
-            || m + GRID_PER_HALF_LINE * tapers >= GRID_PER_HALF_LINE * whole
+            || m + GRID_PER_HALF_LINE * tapers >= GRID_PER_HALF_LINE * transform_len
         {
             return 0.0;
         }
         let (m, half_line) = (m as isize, GRID_PER_HALF_LINE as isize);
-        let mut along = Complex::new(0.0, 0.0);
+        let mut projection = Complex::new(0.0, 0.0);
         let mut power = 0.0;
         for (k, u) in (1..).zip(&weights) {
             let y =
                 line_value(transform, m - k * half_line) - line_value(transform, m + k * half_line);
-            along += y * *u;
+            projection += y * *u;
             power += y.norm_sqr();
         }
-        let tone = along.norm_sqr() / square;
-        let left = (power - tone).max(f64::EPSILON * power);
-        match left > 0.0 {
-            true => residual_dof(tapers) * tone / left,
+        let tone = projection.norm_sqr() / squares;
+        let residual = (power - tone).max(f64::EPSILON * power);
+        match residual > 0.0 {
+            true => residual_dof(tapers) * tone / residual,
             false => 0.0,
         }
     };
-    (0..GRID_PER_HALF_LINE * whole).map(one).collect()
+    (0..GRID_PER_HALF_LINE * transform_len).map(f_at).collect()
 }
 
-/// Pairs of degrees of freedom of what is left.
+/// Complex degrees of freedom of the residual.
 fn residual_dof(tapers: usize) -> f64 {
     (tapers - 1) as f64
 }
 
-/// The probability that F is above a value by noise alone: of 2 and 2ν degrees of freedom, `(1 + F/ν)^−ν`.
+/// False-alarm probability of a value of F with 2 and 2ν degrees of freedom, `(1 + F/ν)^−ν`.
 fn false_alarm_probability(f: f64, tapers: usize) -> f64 {
     (1.0 + f / residual_dof(tapers)).powf(-residual_dof(tapers))
 }
 
-/// Significant maxima of the test statistic, each the largest of all channels within the tapers' resolution, with its channel; the
-/// clearest first.
-fn peaks(tests: &[Vec<f64>], looked_at: f64, tapers: usize) -> Vec<(usize, usize)> {
+/// Significant maxima of the test statistic over all channels and the tapers' resolution, each with its channel, in descending
+/// order.
+fn peaks(tests: &[Vec<f64>], n_tests: f64, tapers: usize) -> Vec<(usize, usize)> {
     let count = tests.first().map_or(0, Vec::len);
-    let best = |m: usize| {
-        let of = |c: usize| tests[c][m];
-        let strongest = (0..tests.len()).max_by(|&a, &b| of(a).total_cmp(&of(b)));
-        strongest.map_or((0.0, 0), |c| (of(c), c))
+    let strongest_at = |m: usize| {
+        let f_of = |c: usize| tests[c][m];
+        let strongest = (0..tests.len()).max_by(|&a, &b| f_of(a).total_cmp(&f_of(b)));
+        strongest.map_or((0.0, 0), |c| (f_of(c), c))
     };
-    let all: Vec<(f64, usize)> = (0..count).map(best).collect();
+    let maxima: Vec<(f64, usize)> = (0..count).map(strongest_at).collect();
     let mut peaks: Vec<(usize, usize)> = (0..count)
-        .filter(|&m| false_alarm_probability(all[m].0, tapers) * looked_at < FALSE_ALARM)
+        .filter(|&m| false_alarm_probability(maxima[m].0, tapers) * n_tests < FALSE_ALARM)
         .filter(|&m| {
-            let reach = GRID_PER_HALF_LINE * tapers;
-            let near = m.saturating_sub(reach)..(m + reach + 1).min(count);
-            all[near].iter().all(|other| other.0 <= all[m].0)
+            let resolution = GRID_PER_HALF_LINE * tapers;
+            let window = m.saturating_sub(resolution)..(m + resolution + 1).min(count);
+            maxima[window].iter().all(|other| other.0 <= maxima[m].0)
         })
-        .map(|m| (m, all[m].1))
+        .map(|m| (m, maxima[m].1))
         .collect();
-    sort_falling(&mut peaks, |a| all[a.0].0);
+    sort_falling(&mut peaks, |a| maxima[a.0].0);
     peaks
 }
 
@@ -308,7 +302,7 @@ mod tests {
         (0..samples).map(|_| rng.f64() - 0.5).collect()
     }
 
-    /// A strong tone, one that is weaker than the noise next to it, and one near the strong one: found and taken out.
+    /// A strong tone, a weak neighbour of it, and a tone below the noise level are detected and removed.
     #[test]
     fn exact_tones_in_noise() {
         let tones = [(101.37, 20.0), (104.0, 0.1), (250.0, 0.05)];
@@ -324,7 +318,7 @@ mod tests {
         let found = remove_tones(1000.0, &mut channels).unwrap();
         assert_eq!(found.len(), 3, "{found:?}");
         for (tone, (f, a)) in found.iter().zip(tones) {
-            // Of white noise a line of 20 s holds an amplitude of 2 √(1/12 · 1/20 000).
+            // The amplitude of white noise on a line of 20 s is 2 √(1/12 · 1/20 000).
             assert!((tone.frequency_hz - f).abs() < 2e-3, "{tone:?}");
             assert!((tone.amplitude[0] - a).abs() < 0.015, "{tone:?}");
             assert!((tone.amplitude[1] - 0.5 * a).abs() < 0.015, "{tone:?}");
@@ -336,7 +330,7 @@ mod tests {
         }
     }
 
-    /// White noise shows a tone as seldom as promised: none in forty records.
+    /// White noise has no false tones in forty records, by the false-alarm probability.
     #[test]
     fn law_noise_has_no_tones() {
         for seed in 0..40 {

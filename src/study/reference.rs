@@ -1,4 +1,4 @@
-//! Reference solution: agreement of two unrelated methods at tight tolerances.
+//! Reference solution: agreement of two methods of different families at tight tolerances.
 
 use super::method_run::{
     MIN_TOLERANCE, MethodRun, cost_ratio, relative_distance, run_method, step_sizes,
@@ -15,48 +15,48 @@ use crate::numeric::sorting::sort_rising;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// Reference solution of the errors.
+/// Reference solution with its cross-checks.
 pub struct ReferenceSolution {
     /// Method of the reference.
     pub method: &'static str,
     /// Requested tolerance or step; absent for methods exact to rounding.
     pub step_size: Option<StepSize>,
-    /// Cross-checks of the reference, the closest first.
+    /// Cross-checks, by ascending distance.
     pub cross_checks: Vec<CrossCheck>,
-    /// Methods that could have witnessed and did not, with the reason.
+    /// Methods without a result, with the reason.
     pub unavailable: Vec<(&'static str, String)>,
-    /// Amplification of a change of the start: errors of rounding grow alike. Absent where nothing deforms.
+    /// Amplification of a perturbed initial state, as of rounding errors; `None` if nothing deforms.
     pub amplification: Option<Amplification>,
-    /// The values, output by output.
+    /// Samples of each output.
     pub values: Vec<Vec<f64>>,
 }
 
-/// Another run, and how far it is off.
+/// Cross-check of the reference by another run.
 pub struct CrossCheck {
     /// Method of the cross-check.
     pub method: &'static str,
     /// Requested tolerance or step; absent for methods exact to rounding.
     pub step_size: Option<StepSize>,
-    /// It descends from the same method: what both get wrong it cannot show.
+    /// True for the method of the reference: common errors are not detected.
     pub related: bool,
-    /// Distance from the reference.
+    /// Relative distance from the reference.
     pub distance: f64,
 }
 
-/// Two that agree so far need no third.
+/// Relative distance of two methods that need no third.
 const AGREEMENT: f64 = 1e-11;
 
-/// Two that agree so far need none that does not locate switches.
+/// Relative distance of two methods that need none without event location.
 const FAIR_AGREEMENT: f64 = 1e-9;
 
-/// The tightest run of a method, and the one before.
+/// Refinement of one method: the run of tightest tolerance and the previous one.
 struct RefinementSeries {
     method: &'static IntegrationMethod,
     trials: Vec<(Option<StepSize>, MethodRun)>,
 }
 
 impl RefinementSeries {
-    /// The tightest.
+    /// Run of the tightest tolerance.
     fn best(&self) -> Option<&MethodRun> {
         self.trials.last().map(|t| &t.1)
     }
@@ -66,61 +66,61 @@ impl RefinementSeries {
     }
 }
 
-/// Two bounded motions differ by about twice their size at most; a larger distance is no difference of motions.
+/// Maximum relative distance of two bounded motions, which is about 2; above it a run is unresolved.
 const MAX_DISTANCE: f64 = 10.0;
 
 impl ReferenceSolution {
-    /// Distance from the closest cross-check: an estimate of the reference's own error.
+    /// Error estimate of the reference: distance from the closest cross-check.
     pub fn agreement(&self) -> Option<f64> {
         self.cross_checks.first().map(|w| w.distance)
     }
 
-    /// Finds it, no method for longer than a patience, s: of all pairs of unrelated methods the closest, and of this pair the one that is trusted more.
+    /// Computes the reference with a time limit per method, s: the more trusted method of the closest pair of different families.
     ///
     /// # Errors
-    /// No method that could serve, or one alone that does not resolve the motion; `Interrupted` before there is one.
+    /// `BudgetExceeded` if no method resolves the motion in time; `Interrupted` before a reference is available.
     pub fn compute_reference(
         setup: &SimulationSetup,
-        patience: (&CostModel, f64),
+        budget: (&CostModel, f64),
         monitor: &mut Monitor,
     ) -> Result<ReferenceSolution, Error> {
-        let (found, silent) = candidate_runs(setup, patience, monitor)?;
-        let Some((at, mut witnesses)) = most_trusted_pair(&found) else {
+        let (runs, failures) = candidate_runs(setup, budget, monitor)?;
+        let Some((index, mut cross_checks)) = most_trusted_pair(&runs) else {
             let error = Error::new(
                 Code::BudgetExceeded,
                 "no method gives a reference for this setup",
             );
-            let why: Vec<String> = silent
+            let reason: Vec<String> = failures
                 .iter()
-                .map(|(m, why)| format!("{m}: {why}"))
+                .map(|(m, reason)| format!("{m}: {reason}"))
                 .collect();
-            return Err(error.with_hint(format!("request a shorter time; {}", why.join("; "))));
+            return Err(error.with_hint(format!("request a shorter time; {}", reason.join("; "))));
         };
-        let own = &found[at];
-        if witnesses.is_empty() {
-            witnesses.extend(self_check(own)?);
+        let reference = &runs[index];
+        if cross_checks.is_empty() {
+            cross_checks.extend(self_check(reference)?);
         }
-        let size = own.trials.last().and_then(|t| t.0);
-        let known = witnesses.first().map_or(0.0, |w| w.distance);
-        if !(known < MAX_DISTANCE) {
-            let fault = format!("and its cross-check differ by {known:.0e} of the motion");
-            return Err(unresolved(own.method.name, &fault));
+        let size = reference.trials.last().and_then(|t| t.0);
+        let distance = cross_checks.first().map_or(0.0, |w| w.distance);
+        if !(distance < MAX_DISTANCE) {
+            let fault = format!("and its cross-check differ by {distance:.0e} of the motion");
+            return Err(unresolved(reference.method.name, &fault));
         }
-        let amplification = amplification(setup, own, monitor);
-        let method = own.method.name;
-        let values = own.values().to_vec();
+        let amplification = amplification(setup, reference, monitor);
+        let method = reference.method.name;
+        let values = reference.values().to_vec();
         Ok(ReferenceSolution {
             method,
             step_size: size,
-            cross_checks: witnesses,
-            unavailable: silent,
+            cross_checks,
+            unavailable: failures,
             amplification,
             values,
         })
     }
 }
 
-/// The motion that a method follows is not that of the scene.
+/// Error for a method that does not resolve the motion.
 fn unresolved(method: &str, fault: &str) -> Error {
     let message = format!(
         "no method gives a reference for this scene: {method} {fault}, so that it does not resolve the motion"
@@ -128,7 +128,7 @@ fn unresolved(method: &str, fault: &str) -> Error {
     Error::new(Code::BudgetExceeded, message).with_hint("request a shorter time: --until")
 }
 
-/// Rank of a method as a reference, the most trusted lowest: exact ones first, then those that locate events, then by order.
+/// Trust rank of a method, lowest for the most trusted: exact methods, methods with event location, then by order.
 fn trust_rank(method: &IntegrationMethod) -> u32 {
     match (method.step_control, method.locates_events) {
         (StepControl::Exact, _) => 0,
@@ -139,100 +139,100 @@ fn trust_rank(method: &IntegrationMethod) -> u32 {
     }
 }
 
-/// Runs of unrelated methods, the most trusted first, until two agree closely; and those that failed.
+/// Runs methods of different families, by trust rank, until two agree closely; returns the runs and the failures.
 #[allow(clippy::type_complexity, reason = "both halves are named above")]
 fn candidate_runs(
     setup: &SimulationSetup,
-    patience: (&CostModel, f64),
+    budget: (&CostModel, f64),
     monitor: &mut Monitor,
 ) -> Result<(Vec<RefinementSeries>, Vec<(&'static str, String)>), Error> {
     let model = &setup.model.model;
-    let mut able: Vec<&'static IntegrationMethod> = METHODS
+    let mut pool: Vec<&'static IntegrationMethod> = METHODS
         .iter()
         .filter(|m| (m.unsupported_reason)(model).is_none())
         .collect();
-    able.sort_by_key(|m| trust_rank(m));
-    let (mut found, mut silent) = (Vec::<RefinementSeries>::new(), Vec::new());
-    let mut silent_kin = Vec::new();
+    pool.sort_by_key(|m| trust_rank(m));
+    let (mut runs, mut failures) = (Vec::<RefinementSeries>::new(), Vec::new());
+    let mut failed_families = Vec::new();
     let mut next = 0;
-    while next < able.len() {
-        let is_enough = |found: &[RefinementSeries], method| {
-            let enough = if trust_rank(method) > 1 {
+    while next < pool.len() {
+        let is_enough = |runs: &[RefinementSeries], method| {
+            let agreement = if trust_rank(method) > 1 {
                 FAIR_AGREEMENT
             } else {
                 AGREEMENT
             };
-            smallest_distance(found) <= enough
+            smallest_distance(runs) <= agreement
         };
-        if is_enough(&found, able[next]) {
+        if is_enough(&runs, pool[next]) {
             break;
         }
-        // Methods of different families side by side; one that proves needless is dropped.
-        let mut wave: Vec<&'static IntegrationMethod> = Vec::new();
-        while let Some(&method) = able.get(next).filter(|_| wave.len() < parallel::threads()) {
-            let known = found.iter().any(|c| c.method.family == method.family);
-            if !known && !silent_kin.contains(&method.family) {
-                if wave.iter().any(|other| other.family == method.family) {
+        // Methods of different families run in parallel; unneeded results are dropped.
+        let mut batch: Vec<&'static IntegrationMethod> = Vec::new();
+        while let Some(&method) = pool.get(next).filter(|_| batch.len() < parallel::threads()) {
+            let is_tried = runs.iter().any(|c| c.method.family == method.family);
+            if !is_tried && !failed_families.contains(&method.family) {
+                if batch.iter().any(|other| other.family == method.family) {
                     break;
                 }
                 if !monitor.proceed(&format!("reference by {}", method.name)) {
                     return Err(interrupted_error());
                 }
-                wave.push(method);
+                batch.push(method);
             }
             next += 1;
         }
         let cancel = monitor.cancel;
-        let refined = parallel::map(&wave, |method| refine(setup, method, patience, cancel));
-        for (method, refined) in wave.into_iter().zip(refined) {
-            if is_enough(&found, method) {
-                return Ok((found, silent));
+        let refined = parallel::map(&batch, |method| refine(setup, method, budget, cancel));
+        for (method, refined) in batch.into_iter().zip(refined) {
+            if is_enough(&runs, method) {
+                return Ok((runs, failures));
             }
             match refined {
-                Ok(climbed) => found.push(climbed),
+                Ok(series) => runs.push(series),
                 Err(error) if error.code == Code::Interrupted => return Err(error),
                 Err(error) => {
-                    // Explicit methods are all bound alike.
-                    silent_kin.extend(method.bound.map(|_| method.family));
-                    silent.push((method.name, error.message));
+                    // The stability limit is common to the explicit methods of a family.
+                    failed_families.extend(method.bound.map(|_| method.family));
+                    failures.push((method.name, error.message));
                 }
             }
         }
     }
-    Ok((found, silent))
+    Ok((runs, failures))
 }
 
-/// Ever tighter runs of one method, while the next fits into what is left of its time.
+/// Runs one method with decreasing tolerances or steps within its time limit, s.
 fn refine(
     setup: &SimulationSetup,
     method: &'static IntegrationMethod,
-    (cost, patience): (&CostModel, f64),
+    (cost, time_limit): (&CostModel, f64),
     cancel: &CancelToken,
 ) -> Result<RefinementSeries, Error> {
     let mut trials: Vec<(Option<StepSize>, MethodRun)> = Vec::new();
-    let mut left = patience;
-    for rung in step_sizes(setup, method) {
-        let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+    let mut remaining_s = time_limit;
+    for setting in step_sizes(setup, method) {
+        let size = setting.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
         let next = trials
             .last()
             .map_or(0.0, |t| t.1.seconds * cost_ratio(method));
-        if next > left {
+        if next > remaining_s {
             break;
         }
-        let least = cost.lower_bound(method, size);
-        if let Some(least) = least.filter(|least| least.is_beyond(left)) {
+        let min_cost = cost.lower_bound(method, size);
+        if let Some(min_cost) = min_cost.filter(|min_cost| min_cost.is_beyond(remaining_s)) {
             match trials.is_empty() {
-                true => return Err(Error::new(Code::BudgetExceeded, least.text())),
+                true => return Err(Error::new(Code::BudgetExceeded, min_cost.text())),
                 false => break,
             }
         }
-        let patience = (cancel, left);
-        match run_method(setup, method, size, &setup.initial_state, patience) {
+        let time_limit = (cancel, remaining_s);
+        match run_method(setup, method, size, &setup.initial_state, time_limit) {
             Ok(trial) if relative_distance(&trial.values, &trial.values).is_finite() => {
-                left -= trial.seconds;
-                // The one before is enough to compare with.
+                remaining_s -= trial.seconds;
+                // The previous trial suffices for comparison.
                 trials.drain(..trials.len().saturating_sub(1));
-                trials.push((rung, trial));
+                trials.push((setting, trial));
             }
             Ok(_) => {
                 let message = "the motion grew beyond all numbers";
@@ -247,73 +247,73 @@ fn refine(
     Ok(RefinementSeries { method, trials })
 }
 
-/// The distance of the closest pair.
-fn smallest_distance(found: &[RefinementSeries]) -> f64 {
-    let others = |at: usize| found[at + 1..].iter().map(move |b| (at, b));
-    let pairs = (0..found.len()).flat_map(others);
+/// Distance of the closest pair.
+fn smallest_distance(runs: &[RefinementSeries]) -> f64 {
+    let partners = |index: usize| runs[index + 1..].iter().map(move |b| (index, b));
+    let pairs = (0..runs.len()).flat_map(partners);
     pairs
-        .map(|(at, b)| relative_distance(b.values(), found[at].values()))
+        .map(|(index, b)| relative_distance(b.values(), runs[index].values()))
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The most trusted of the closest pair, with all others by their distance from it; absent where there is none at all.
-fn most_trusted_pair(found: &[RefinementSeries]) -> Option<(usize, Vec<CrossCheck>)> {
-    let least = smallest_distance(found);
-    let beside = |at: usize| {
-        let others = found.iter().enumerate().filter(move |o| o.0 != at);
-        let mut all: Vec<CrossCheck> = others
+/// Index of the more trusted run of the closest pair, with cross-checks by the others; `None` without a run.
+fn most_trusted_pair(runs: &[RefinementSeries]) -> Option<(usize, Vec<CrossCheck>)> {
+    let smallest = smallest_distance(runs);
+    let cross_checked = |index: usize| {
+        let partners = runs.iter().enumerate().filter(move |o| o.0 != index);
+        let mut checks: Vec<CrossCheck> = partners
             .map(|(_, other)| CrossCheck {
                 method: other.method.name,
                 step_size: other.trials.last().and_then(|t| t.0),
                 related: false,
-                distance: relative_distance(other.values(), found[at].values()),
+                distance: relative_distance(other.values(), runs[index].values()),
             })
             .collect();
-        sort_rising(&mut all, |a| a.distance);
-        (at, all)
+        sort_rising(&mut checks, |a| a.distance);
+        (index, checks)
     };
-    let mut all = (0..found.len()).map(beside);
-    // Distances go by the size of either, so that only the first of a pair has it exactly.
-    all.find(|(_, w)| w.first().is_none_or(|w| w.distance <= least))
+    let mut checks = (0..runs.len()).map(cross_checked);
+    // Distances are relative to either run, so that only the first of a pair matches exactly.
+    checks.find(|(_, w)| w.first().is_none_or(|w| w.distance <= smallest))
 }
 
-/// Cross-check by the same method at a looser tolerance, where no other is available.
+/// Cross-check by the same method at a looser tolerance, for lack of another method.
 ///
 /// # Errors
-/// `BudgetExceeded`: the tighter tolerance took no more steps, so that the method follows something other than the motion and agrees with
-/// itself for nothing.
-fn self_check(own: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
-    let [.., (size, before), (_, best)] = &own.trials[..] else {
+/// `BudgetExceeded`: the tighter tolerance took no more steps, so that the method does not resolve the motion and the agreement proves
+/// nothing.
+fn self_check(series: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
+    let [.., (size, previous), (_, best)] = &series.trials[..] else {
         return Ok(None);
     };
-    if best.stats.steps <= before.stats.steps {
+    if best.stats.steps <= previous.stats.steps {
         let fault = format!("takes {} steps at any tolerance", best.stats.steps);
-        return Err(unresolved(own.method.name, &fault));
+        return Err(unresolved(series.method.name, &fault));
     }
     Ok(Some(CrossCheck {
-        method: own.method.name,
+        method: series.method.name,
         step_size: *size,
         related: true,
-        distance: relative_distance(&before.values, &best.values),
+        distance: relative_distance(&previous.values, &best.values),
     }))
 }
 
-/// Runs once more from a changed start.
+/// Amplification of a perturbation of the initial state, by one more run.
 fn amplification(
     setup: &SimulationSetup,
-    own: &RefinementSeries,
+    series: &RefinementSeries,
     monitor: &mut Monitor,
 ) -> Option<Amplification> {
-    let (request, best) = own.trials.last()?;
-    let change = match &own.trials[..] {
-        [.., (_, before), _] => best.deflections.change_above_errors(&before.deflections),
+    let (request, best) = series.trials.last()?;
+    let change = match &series.trials[..] {
+        [.., (_, previous), _] => best.deflections.change_above_errors(&previous.deflections),
         _ => PERTURBATION_SHARE,
     };
     let model = &setup.model.model;
-    let start = (best.deflections).perturbed_start(model, &setup.initial_state, change);
+    let initial = (best.deflections).perturbed_start(model, &setup.initial_state, change);
     let request = request.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
-    let patience = (monitor.cancel, 2.0 * best.seconds + 1.0);
-    let moved = run_method(setup, own.method, request, &start, patience).ok()?;
-    let found = (best.deflections).amplification(&moved.deflections, change)?;
-    found.factor.is_finite().then_some(found)
+    let limit = (monitor.cancel, 2.0 * best.seconds + 1.0);
+    let perturbed = run_method(setup, series.method, request, &initial, limit).ok()?;
+    let amplification = (best.deflections).amplification(&perturbed.deflections, change)?;
+    amplification.factor.is_finite().then_some(amplification)
 }

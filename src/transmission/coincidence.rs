@@ -1,7 +1,7 @@
-//! Coinciding orders of different sources, and the second test that separates them.
+//! Coinciding orders of different error sources, with a second test for their separation.
 //!
-//! Orders are compared as fractions. A pair put together k teeth further on turns everything behind it by k/z of a turn, and the
-//! phase of an error there by the same share of its own period.
+//! Orders are compared as fractions. Remeshing of a pair by k teeth rotates all members behind the pair by k/z of a revolution, and the
+//! phase of their errors by the same share of the error period.
 
 use std::collections::VecDeque;
 
@@ -11,48 +11,48 @@ use crate::machine::components::{GeometricError, Machine};
 use crate::numeric::fraction::Fraction;
 use crate::scene::model::ErrorCause;
 
-/// Lines that one record cannot distinguish.
+/// Coincident order lines, indistinguishable in one record.
 #[derive(Debug, Clone)]
 pub struct OrderCoincidence {
-    /// Numbers of the lines.
+    /// Indices of the lines.
     pub lines: Vec<usize>,
-    /// For each after the first: what tells it from the first.
+    /// Separation test of each further line from the first.
     pub tests: Vec<SeparationTest>,
 }
 
-/// A second record that tells two sources of one order apart.
+/// Second test that separates two sources of the same order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SeparationTest {
-    /// One pair put together some teeth further on.
+    /// Remeshing of one pair by a number of teeth.
     Remesh {
-        /// Number of the pair's element.
+        /// Element index of the pair.
         pair: usize,
-        /// So many teeth.
+        /// Number of teeth.
         teeth: u32,
-        /// By which the two phases part, turns.
+        /// Relative phase shift of the two errors, cycles.
         shift: f64,
     },
-    /// The gear turned on its seat.
+    /// Rotation of the gear on its seat.
     Reseat,
-    /// The other flanks carrying: the two phases part by so many turns.
+    /// Load reversal to the opposite flanks, with the relative phase shift, cycles.
     Reversal(f64),
-    /// Another torque: what comes from stiffness goes with it.
+    /// Change of torque: the share due to stiffness changes with the torque.
     Torque,
-    /// Another speed, if the machine passes them on differently; or the element alone on a tester.
+    /// Change of speed, for sources of different transfer functions, or a test of the single element on a tester.
     SpeedOrTester,
 }
 
-/// Apart in phase by less is not worth a test, turns.
+/// Smallest phase shift of a useful test, cycles.
 const MIN_PHASE_SHIFT: f64 = 0.02;
 
-/// Every order that several of the lines share whose amplitudes count.
+/// Coincidences of lines of equal order; `counts` marks lines of relevant amplitude.
 pub fn coincidences(
     machine: &Machine,
     chain: &TransmissionChain,
     lines: &[OrderLine],
     counts: &[bool],
 ) -> Vec<OrderCoincidence> {
-    let mut all = Vec::new();
+    let mut coincidences = Vec::new();
     let counted: Vec<usize> = (0..lines.len()).filter(|&k| counts[k]).collect();
     for group in counted.chunk_by(|&a, &b| lines[a].order == lines[b].order) {
         if let [first, others @ ..] = group
@@ -61,27 +61,27 @@ pub fn coincidences(
             let tests = others
                 .iter()
                 .map(|&other| separation_test(machine, chain, &lines[*first], &lines[other]));
-            all.push(OrderCoincidence {
+            coincidences.push(OrderCoincidence {
                 lines: group.to_vec(),
                 tests: tests.collect(),
             });
         }
     }
-    all
+    coincidences
 }
 
 fn separation_test(
     machine: &Machine,
     chain: &TransmissionChain,
-    one: &OrderLine,
+    line: &OrderLine,
     other: &OrderLine,
 ) -> SeparationTest {
-    let (Some(first), Some(second)) = (one.declared(machine), other.declared(machine)) else {
+    let (Some(first), Some(second)) = (line.declared(machine), other.declared(machine)) else {
         return SeparationTest::Torque;
     };
     let errors = [first, second];
-    if let Some(found) = best_remesh(machine, chain, [one, other], errors) {
-        return found;
+    if let Some(remesh) = best_remesh(machine, chain, [line, other], errors) {
+        return remesh;
     }
     let on_shaft =
         |cause: ErrorCause| matches!(cause, ErrorCause::SeatEccentricity | ErrorCause::RunOut);
@@ -90,13 +90,13 @@ fn separation_test(
     {
         return SeparationTest::Reseat;
     }
-    let turned = |line: &OrderLine, error: &GeometricError| {
+    let phase_change = |line: &OrderLine, error: &GeometricError| {
         let act = error.acts.first();
         act.map_or(0.0, |act| {
             let [drive, coast] = act.flanks;
-            let turns =
+            let cycles =
                 f64::from(line.harmonic) * (coast.phase - drive.phase) / std::f64::consts::TAU;
-            turns
+            cycles
                 + if drive.gain * coast.gain < 0.0 {
                     0.5
                 } else {
@@ -104,27 +104,27 @@ fn separation_test(
                 }
         })
     };
-    let shift = phase_distance(turned(one, first) - turned(other, second));
+    let shift = phase_distance(phase_change(line, first) - phase_change(other, second));
     match shift > MIN_PHASE_SHIFT {
         true => SeparationTest::Reversal(shift),
         false => SeparationTest::SpeedOrTester,
     }
 }
 
-/// The distance of a phase from the next whole turn, at most one half.
-fn phase_distance(turns: f64) -> f64 {
-    let part = turns.rem_euclid(1.0);
-    part.min(1.0 - part)
+/// Distance of a phase from the nearest integer number of cycles, at most 1/2.
+fn phase_distance(cycles: f64) -> f64 {
+    let fraction = cycles.rem_euclid(1.0);
+    fraction.min(1.0 - fraction)
 }
 
-/// The pair between two sources that parts them best, with the fewest teeth that do.
+/// Remeshing of a pair between two sources with the largest relative phase shift and the fewest teeth.
 fn best_remesh(
     machine: &Machine,
     chain: &TransmissionChain,
     lines: [&OrderLine; 2],
     errors: [&GeometricError; 2],
 ) -> Option<SeparationTest> {
-    /// No more teeth are tried.
+    /// Largest number of teeth of a remeshing.
     const MAX_TEETH: u32 = 200;
     let mut best: Option<(SeparationTest, f64)> = None;
     for gear in machine.gears.iter().filter(|gear| gear.carrier.is_none()) {
@@ -135,8 +135,8 @@ fn best_remesh(
             continue;
         }
         let with_gear = connected_side(machine, gear.element, gear.rotation_dof);
-        let sides = [0, 1].map(|at| with_gear[errors[at].rotation_dof]);
-        // One of the two must hang on this side of the pair, the other on the far side.
+        let sides = [0, 1].map(|i| with_gear[errors[i].rotation_dof]);
+        // The two sources must lie on opposite sides of the pair.
         if sides[0] == sides[1] {
             continue;
         }
@@ -145,16 +145,16 @@ fn best_remesh(
         } else {
             (lines[1], errors[1])
         };
-        let Some(pace) = periods_per_turn(chain, error) else {
+        let Some(rate) = periods_per_turn(chain, error) else {
             continue;
         };
-        let each = &(&pace.times(line.harmonic) / member) / &Fraction::new(i64::from(teeth), 1);
+        let step = &(&rate.times(line.harmonic) / member) / &Fraction::new(i64::from(teeth), 1);
         for k in 1..=MAX_TEETH.min(teeth - 1) {
-            let shift = phase_distance(each.times(k).fract().to_f64());
-            let better = best
+            let shift = phase_distance(step.times(k).fract().to_f64());
+            let is_better = best
                 .as_ref()
                 .is_none_or(|(_, s)| shift > s + MIN_PHASE_SHIFT);
-            if shift > MIN_PHASE_SHIFT && better {
+            if shift > MIN_PHASE_SHIFT && is_better {
                 let test = SeparationTest::Remesh {
                     pair: gear.element,
                     teeth: k,
@@ -167,15 +167,15 @@ fn best_remesh(
     best.map(|(test, _)| test)
 }
 
-/// True for every degree of freedom still connected to `from` with the element removed.
-pub fn connected_side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
+/// Flags of the degrees of freedom connected to `start` without the element `removed`.
+pub fn connected_side(machine: &Machine, removed: usize, start: usize) -> Vec<bool> {
     let mut reached = vec![false; machine.dofs.len()];
-    reached[from] = true;
-    let mut queue = VecDeque::from([from]);
-    while let Some(here) = queue.pop_front() {
-        for branch in machine.branches.iter().filter(|b| b.element != without) {
+    reached[start] = true;
+    let mut queue = VecDeque::from([start]);
+    while let Some(dof) = queue.pop_front() {
+        for branch in machine.branches.iter().filter(|b| b.element != removed) {
             let terms = &branch.direction.terms;
-            if terms.iter().any(|t| t.0 == here) {
+            if terms.iter().any(|t| t.0 == dof) {
                 for &(next, _) in terms {
                     if !reached[next] {
                         reached[next] = true;

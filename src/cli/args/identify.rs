@@ -1,4 +1,4 @@
-//! Flags of `identify`.
+//! Command-line flags of `identify`: files, study keys, log keys and exports.
 
 use std::path::PathBuf;
 
@@ -26,14 +26,14 @@ pub struct IdentifyArgs {
     /// together, each hit and each record on its own; files, no pipes
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Keys of the study.
+    /// Study keys of the identification.
     #[command(flatten)]
     pub study: KeyFlags<IdentifyKeys>,
     /// Each file holds another point of the output (roving sensor) or of the input (roving hammer); by default files with equal
     /// channels are hits of one point, and files with a channel of their own are different points
     #[arg(long, value_parser = word_parser::<Roving>(), value_name = "SIDE", requires = "input")]
     pub roving: Option<Roving>,
-    /// Keys of the log.
+    /// Log keys: channels, time axis and units.
     #[command(flatten)]
     pub log: LogArgs,
     /// Compare the modes with those of a document of `modes --json` or `identify --json`: MAC over the channels that have the name of a
@@ -57,12 +57,12 @@ pub struct IdentifyArgs {
     /// Write the frequency responses (.csv, .uff or .json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub frf: Option<PathBuf>,
-    /// Document, files and silence.
+    /// Output flags: JSON document, files, quiet mode.
     #[command(flatten)]
     pub out: OutputArgs,
 }
 
-/// Keys of an identification.
+/// Study keys of `identify` that a flag sets.
 #[derive(Debug)]
 pub struct IdentifyKeys;
 

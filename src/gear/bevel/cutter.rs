@@ -1,6 +1,6 @@
-//! Face-mill cutters: the surfaces of revolution of the blade, straight or an arc, of its Toprem and of its edge radius.
+//! Face-mill cutter: surfaces of revolution of the straight or circular-arc blade, the Toprem and the edge radius.
 //!
-//! Along the arc of a blade the sine of the blade angle grows with the height h above the tip plane, `sin a = sin α + k (h − h_p)`.
+//! Along a blade arc the blade angle a depends on the height h above the tip plane by `sin a = sin α + k (h − h_p)`.
 //! Litvin and Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, section 21.2 (straight blades and their edge).
 
 use std::f64::consts::FRAC_PI_2;
@@ -10,88 +10,88 @@ use crate::gear::kernel::tool::{Arc, Curve, Tool};
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
-/// The surface of a part of a blade.
+/// Surface of revolution of a blade segment.
 pub type BladeSurface = Tool<Arc, CutterFrame>;
 
-/// Steepest sine of a blade angle: an arc that would turn further above the tooth ends there.
-const STEEPEST: f64 = 0.99;
+/// Largest sine of a blade angle: limit of a blade arc above the tooth.
+const MAX_SINE: f64 = 0.99;
 
-/// Side of a blade that cuts.
+/// Cutting side of a blade: inside or outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blade {
-    /// Inside blade: its radius falls from the tip; it cuts convex flanks.
+    /// Inside blade: radius decreases from the tip; it cuts convex flanks.
     Inside,
-    /// Outside blade: its radius grows from the tip; it cuts concave flanks.
+    /// Outside blade: radius increases from the tip; it cuts concave flanks.
     Outside,
 }
 
-/// A face-mill cutter as one flank meets it.
+/// Face-mill cutter data for one flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cutter {
     /// Blade that cuts the flank.
     pub blade: Blade,
-    /// Point radius r_p, where the blade's line meets the tip plane, m; of a curved blade its tangent at the profile height.
+    /// Point radius r_p of the blade profile in the tip plane, m; for a curved blade of the tangent at the profile height.
     pub point_radius: f64,
-    /// Blade angle α > 0, of a curved blade at the profile height, rad.
+    /// Blade angle α > 0, rad; for a curved blade at the profile height.
     pub blade_angle: f64,
     /// Edge radius, m; 0 for a sharp edge.
     pub edge_radius: f64,
-    /// Curvature k of the blade's profile, 1/m: positive of a hollow blade, which leaves profile crowning; 0 of a straight one.
+    /// Curvature k of the blade profile, 1/m: positive for a concave blade (profile crowning), 0 for a straight blade.
     pub profile_curvature: f64,
-    /// Profile height h_p above the tip plane at which a curved blade has its blade angle, m.
+    /// Profile height h_p of the blade angle of a curved blade above the tip plane, m.
     pub profile_height: f64,
-    /// Toprem; none where the blade reaches down to its edge.
+    /// Toprem; `None` for a blade without.
     pub toprem: Option<Toprem>,
 }
 
-/// Straight end of a blade, steeper than the part above it, that relieves the root of the flank.
+/// Toprem: straight, steeper end segment of a blade that relieves the root of the flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Toprem {
-    /// Angle by which it is steeper than the blade where they join, rad.
+    /// Toprem angle relative to the blade at the junction, rad.
     pub angle: f64,
-    /// Height above the tip plane to which it reaches, m.
+    /// Height of the Toprem above the tip plane, m.
     pub depth: f64,
 }
 
-/// Surfaces of the parts of a blade, from above.
+/// Surfaces of the blade segments.
 #[derive(Debug, Clone, Copy)]
 pub struct BladeSurfaces {
     /// Straight or curved blade.
     pub blade: BladeSurface,
     /// Toprem.
     pub toprem: Option<BladeSurface>,
-    /// Torus of the edge; none for a sharp edge.
+    /// Torus of the edge radius; `None` for a sharp edge.
     pub edge: Option<BladeSurface>,
 }
 
-/// Why the parts of a blade do not join; lengths in m.
+/// Geometric fault of a blade profile; lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BladeFault {
-    /// The arc has no blade angle between 0° and 90° at a height within the tooth.
+    /// Blade angle of the arc outside 0° to 90° at a height within the tooth.
     Turned {
-        /// The height.
+        /// Height above the tip plane, m.
         height: f64,
     },
-    /// The Toprem is not shallower than the tooth.
+    /// Toprem depth not below the tooth depth.
     DeepToprem,
-    /// The Toprem's angle is not below that of the blade, rad.
+    /// Toprem angle not below the blade angle.
     SteepToprem {
-        /// Angle of the blade where they join.
+        /// Blade angle at the junction, rad.
         blade_angle: f64,
     },
-    /// The edge radius does not end below a height: that of the Toprem, else that of the tooth.
+    /// Edge radius too large: its end lies above the Toprem, or above the tooth.
     LongEdge {
-        /// Height at which it would end; none where it touches nowhere.
+        /// Height of the end of the edge, m; `None` without a tangent point.
         height: Option<f64>,
-        /// The limit.
+        /// Limit of the height, m.
         limit: f64,
     },
 }
 
-/// A part of a blade's profile by its place, angle and curvature at one height.
+/// Segment of a blade profile: position, angle and curvature at one height.
 #[derive(Debug, Clone, Copy)]
-struct ProfilePart {
-    /// 1 where the radius grows from the tip, −1 where it falls.
+struct ProfileSegment {
+    /// Sign of the radius change from the tip: 1 outside blade, −1 inside blade.
     outwards: f64,
     radius: f64,
     height: f64,
@@ -100,7 +100,7 @@ struct ProfilePart {
 }
 
 impl Cutter {
-    /// A sharp straight blade.
+    /// Cutter with a straight blade and sharp edge.
     pub fn straight(blade: Blade, point_radius: f64, blade_angle: f64) -> Cutter {
         Cutter {
             blade,
@@ -113,43 +113,43 @@ impl Cutter {
         }
     }
 
-    /// Surfaces of the parts of the blade up to `depth` above the tip plane.
+    /// Surfaces of the blade segments up to `depth` above the tip plane, m.
     ///
-    /// Their parameter is the length along the profile away from the tip, that of the blade from where the tangent at its profile height
-    /// meets the tip plane.
+    /// The surface parameter is the length along the profile away from the tip, for the blade from the intersection of the tangent at the
+    /// profile height with the tip plane.
     pub fn surfaces(&self, depth: f64) -> BladeSurfaces {
-        let blade = self.blade_part();
+        let blade = self.blade_segment();
         let toprem = self.toprem.map(|toprem| (toprem, blade.toprem(&toprem)));
-        let lowest = toprem.map_or(blade, |(_, part)| part);
-        let end = lowest.edge_height(self.edge_radius);
+        let last = toprem.map_or(blade, |(_, segment)| segment);
+        let end = last.edge_height(self.edge_radius);
         let from = self.toprem.map_or(end, |toprem| toprem.depth);
         let is_round = self.edge_radius > 0.0;
         BladeSurfaces {
             blade: self.swept(blade.arc([from, depth])),
-            toprem: toprem.map(|(toprem, part)| self.swept(part.arc([end, toprem.depth]))),
-            edge: is_round.then(|| self.swept(lowest.edge(self.edge_radius))),
+            toprem: toprem.map(|(toprem, segment)| self.swept(segment.arc([end, toprem.depth]))),
+            edge: is_round.then(|| self.swept(last.edge(self.edge_radius))),
         }
     }
 
-    /// The blade's profile at a length s of its surface, in the plane of the cutter's axis z.
+    /// Blade profile over the length s, in a plane through the cutter axis z.
     pub fn profile(&self) -> Arc {
-        self.blade_part().arc([0.0, 0.0])
+        self.blade_segment().arc([0.0, 0.0])
     }
 
-    /// Displacement `[radius, z]` of the profile at a length s by a unit of the blade angle, m/rad: a turn about the point at the profile
-    /// height, which itself moves by `h_p/cos² α` outwards.
+    /// Displacement `[radius, z]` of the profile at a length s per unit blade angle, m/rad: a rotation about the point at the profile
+    /// height, and the outward displacement `h_p/cos² α` of that point.
     pub fn displacement_by_blade_angle(&self, s: f64) -> [f64; 2] {
-        let part = self.blade_part();
+        let segment = self.blade_segment();
         let [point, ..] = self.profile().at(s);
         let by_height = self.profile_height / self.blade_angle.cos().powi(2);
         [
             self.outwards() * (by_height - point.z - self.profile_height),
-            self.outwards() * (point.x - part.radius),
+            self.outwards() * (point.x - segment.radius),
         ]
     }
 
-    /// Displacement `[radius, z]` of the profile at a length s along its normal by a unit of the profile curvature, m²: `t² (1 − cos kt)/(kt)²`
-    /// at the length t from the point at the profile height, which stays.
+    /// Displacement `[radius, z]` of the profile at a length s along the normal per unit profile curvature, m²: `t² (1 − cos kt)/(kt)²`
+    /// at the length t from the fixed point at the profile height.
     pub fn displacement_by_curvature(&self, s: f64) -> [f64; 2] {
         let [_, tangent, _] = self.profile().at(s);
         let t = s - self.profile_height / self.blade_angle.cos();
@@ -159,15 +159,15 @@ impl Cutter {
         [-tangent.z, tangent.x].map(|normal| self.outwards() * along * normal)
     }
 
-    /// Why there is no blade for teeth of a depth, m; none where there is one.
+    /// Fault of the blade for a tooth depth, m; `None` for a valid blade.
     pub fn fault(&self, depth: f64) -> Option<BladeFault> {
-        let blade = self.blade_part();
+        let blade = self.blade_segment();
         let sine = |height: &f64| blade.sine_at(*height);
-        let turned = |height: &f64| !(sine(height) > 0.0 && sine(height) < STEEPEST);
-        if let Some(height) = [0.0, depth].into_iter().find(turned) {
+        let is_out_of_range = |height: &f64| !(sine(height) > 0.0 && sine(height) < MAX_SINE);
+        if let Some(height) = [0.0, depth].into_iter().find(is_out_of_range) {
             return Some(BladeFault::Turned { height });
         }
-        let mut lowest = blade;
+        let mut last = blade;
         let mut limit = depth;
         if let Some(toprem) = self.toprem {
             if toprem.depth >= depth {
@@ -177,16 +177,16 @@ impl Cutter {
             if toprem.angle >= blade_angle {
                 return Some(BladeFault::SteepToprem { blade_angle });
             }
-            (lowest, limit) = (blade.toprem(&toprem), toprem.depth);
+            (last, limit) = (blade.toprem(&toprem), toprem.depth);
         }
-        let height = lowest.edge_height(self.edge_radius);
+        let height = last.edge_height(self.edge_radius);
         (!(height < limit)).then_some(BladeFault::LongEdge {
             height: height.is_finite().then_some(height),
             limit,
         })
     }
 
-    /// 1 where the radius grows from the tip, −1 where it falls.
+    /// Sign of the radius change from the tip: 1 outside blade, −1 inside blade.
     pub fn outwards(&self) -> f64 {
         match self.blade {
             Blade::Inside => -1.0,
@@ -194,9 +194,9 @@ impl Cutter {
         }
     }
 
-    fn blade_part(&self) -> ProfilePart {
+    fn blade_segment(&self) -> ProfileSegment {
         let outwards = self.outwards();
-        ProfilePart {
+        ProfileSegment {
             outwards,
             radius: self.point_radius + outwards * self.profile_height * self.blade_angle.tan(),
             height: self.profile_height,
@@ -205,7 +205,7 @@ impl Cutter {
         }
     }
 
-    /// A profile turned about the cutter's axis, its normal into the blade.
+    /// Surface of revolution of a profile about the cutter axis, with the normal into the blade.
     fn swept(&self, profile: Arc) -> BladeSurface {
         let tool = Tool::new(profile, Twist::turn(Vector::Z, Vector::ZERO));
         match self.blade {
@@ -215,7 +215,7 @@ impl Cutter {
     }
 }
 
-impl ProfilePart {
+impl ProfileSegment {
     fn sine_at(&self, height: f64) -> f64 {
         self.angle.sin() + self.curvature * (height - self.height)
     }
@@ -223,11 +223,11 @@ impl ProfilePart {
     fn angle_at(&self, height: f64) -> f64 {
         match self.curvature == 0.0 {
             true => self.angle,
-            false => self.sine_at(height).clamp(-STEEPEST, STEEPEST).asin(),
+            false => self.sine_at(height).clamp(-MAX_SINE, MAX_SINE).asin(),
         }
     }
 
-    /// Length of the profile at a height, 0 where the tangent at its own height meets the tip plane.
+    /// Length of the profile at a height, m, from the intersection of the tangent at `self.height` with the tip plane.
     fn length_at(&self, height: f64) -> f64 {
         let cos = self.angle.cos();
         match self.curvature == 0.0 {
@@ -236,7 +236,7 @@ impl ProfilePart {
         }
     }
 
-    /// The profile between two heights.
+    /// Profile arc between two heights.
     fn arc(&self, heights: [f64; 2]) -> Arc {
         let (sin, cos) = self.angle.sin_cos();
         let at_height = Arc {
@@ -249,11 +249,11 @@ impl ProfilePart {
         at_height.measured_from(-self.height / cos, range)
     }
 
-    /// The Toprem that joins this part.
-    fn toprem(&self, toprem: &Toprem) -> ProfilePart {
+    /// Toprem segment below this segment.
+    fn toprem(&self, toprem: &Toprem) -> ProfileSegment {
         let joint = self.arc([toprem.depth; 2]);
         let [point, ..] = joint.at(joint.range[0]);
-        ProfilePart {
+        ProfileSegment {
             radius: point.x,
             height: toprem.depth,
             angle: self.angle_at(toprem.depth) - toprem.angle,
@@ -262,8 +262,8 @@ impl ProfilePart {
         }
     }
 
-    /// Height at which an edge of the radius ρ touches this part, `ρ (1 − sin a)` with `sin a = (sin α + k (ρ − h_p))/(1 + k ρ)`; not a
-    /// number where it touches nowhere.
+    /// Height of the tangent point of an edge of the radius ρ, `ρ (1 − sin a)` with `sin a = (sin α + k (ρ − h_p))/(1 + k ρ)`; NaN
+    /// without a tangent point.
     fn edge_height(&self, radius: f64) -> f64 {
         let sine = self.sine_at(radius) / (1.0 + self.curvature * radius);
         match sine.abs() < 1.0 && self.curvature * radius > -1.0 {
@@ -272,7 +272,7 @@ impl ProfilePart {
         }
     }
 
-    /// The arc of the edge from the tip plane up to this part.
+    /// Arc of the edge from the tip plane up to this segment.
     fn edge(&self, radius: f64) -> Arc {
         let height = self.edge_height(radius);
         let joint = self.arc([height; 2]);

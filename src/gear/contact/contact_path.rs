@@ -1,7 +1,7 @@
-//! The path of contact and the unloaded transmission error `te = ±((φ₂ − φ₂₀) + (z₁/z₂)(φ₁ − φ₁₀))`, edges and hand-over included.
+//! Path of contact and unloaded transmission error `te = ±((φ₂ − φ₂₀) + (z₁/z₂)(φ₁ − φ₁₀))`, with edge contact and pair transfer.
 //!
-//! The sign is that of the gear's drive: positive where the gear leads. No pair may overlap, so the leading pair places
-//! the gear: the largest te of all pairs at an angle.
+//! Positive te: the gear leads. Flanks cannot interpenetrate, so the leading pair determines
+//! the gear angle: te is the maximum over all pairs at a pinion angle.
 
 use super::contact_point::{ContactPoint, ContactUnknowns, Edge};
 use super::pair::FlankPair;
@@ -11,47 +11,47 @@ use crate::gear::kernel::root::{greatest, sign_change};
 use crate::gear::kernel::vector::Vector;
 use crate::numeric::statistics::peak_to_peak;
 
-/// Pitches each way over which a pair is followed by default.
+/// Default length of a path on either side, in pitches.
 pub const PITCHES: f64 = 1.5;
-/// A contact this far beyond an edge, in depths of the tooth, is on it: rounding of Newton's method.
+/// Tolerance of the tooth edges, in tooth depths: rounding of Newton's method.
 const ON_EDGE: f64 = 1e-9;
-/// Beyond the end of a path by this share of a pitch the pair has parted.
+/// Distance beyond a path end for the evaluation after separation, in pitches.
 const BEYOND_END: f64 = 1e-9;
 
-/// The contacts of one pair of teeth from where it meets to where it parts, over so many pitches each way at most.
+/// Path of contact of one tooth pair from the start to the end of contact, limited to a number of pitches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPath {
-    /// Contacts by rising pinion angle, on flanks and on edges: at equal steps, and where the kind of contact changes and the path ends.
+    /// Contacts in ascending order of pinion angle, on flanks and edges: at equal steps, at changes of contact kind and at the path ends.
     pub contacts: Vec<ContactPoint>,
-    /// The contact whose ratio is that of the tooth numbers; the first one found where there is none.
+    /// Contact with the ratio of the tooth numbers; the start of the path if there is none.
     pub reference: ContactPoint,
-    /// The pinion's angle below and above at which no contact was found on the teeth before the end of the march.
+    /// Pinion angles below and above without contact on the teeth, rad; `None` for a path limited by the number of pitches.
     pub stopped: [Option<f64>; 2],
 }
 
-/// One place of the leading curve.
+/// Contact of the leading pair at a pinion angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeadingContact {
     /// Pinion angle φ₁, rad.
     pub pinion_angle: f64,
     /// Transmission error, rad.
     pub te: f64,
-    /// The pair that leads: its contact is that of pair 0 this many pitches later.
+    /// Number of the leading pair: its contact equals that of pair 0 as many pitches later.
     pub pair: i32,
-    /// The contact of pair 0 at that later angle, on flanks or on an edge.
+    /// Contact of pair 0 at that later angle, on flanks or on an edge.
     pub contact: ContactPoint,
 }
 
 impl LeadingContact {
-    /// Angle φ₂ of the gear, rad.
+    /// Gear angle φ₂, rad.
     pub fn gear_angle(&self, pair: &FlankPair) -> f64 {
-        let turned = f64::from(self.pair) * pair.pitch();
-        self.contact.gear_angle() - pair.ratio() * turned
+        let rotation = f64::from(self.pair) * pair.pitch();
+        self.contact.gear_angle() - pair.ratio() * rotation
     }
 }
 
 impl FlankPair {
-    /// The path of contact through `first`, `positions` contacts a pitch over `pitches` each way.
+    /// Path of contact through `first`, with `positions` contacts per pitch over `pitches` on either side.
     pub fn path(&self, first: ContactPoint, pitches: f64, positions: usize) -> ContactPath {
         let step = self.pitch() / positions as f64;
         let count = (pitches * positions as f64).ceil() as usize;
@@ -68,15 +68,15 @@ impl FlankPair {
         }
     }
 
-    /// Transmission error of a contact against a reference, rad: positive where the gear leads in the sense in which the pinion pushes it.
+    /// Transmission error of a contact relative to a reference, rad: positive with the gear ahead in the driven sense.
     pub fn te(&self, contact: &ContactPoint, reference: &ContactPoint) -> f64 {
-        let turned = contact.pinion_angle - reference.pinion_angle;
-        let ahead = contact.gear_angle() - reference.gear_angle() - self.ratio() * turned;
-        let push = self.turn(1).at(reference.point).dot(reference.normal);
-        push.signum() * ahead
+        let rotation = contact.pinion_angle - reference.pinion_angle;
+        let lead = contact.gear_angle() - reference.gear_angle() - self.ratio() * rotation;
+        let drive = self.turn(1).at(reference.point).dot(reference.normal);
+        drive.signum() * lead
     }
 
-    /// The leading pair at an angle; none where no pair touches.
+    /// Contact of the leading pair at a pinion angle; `None` without contact.
     pub fn leading(&self, path: &ContactPath, pinion_angle: f64) -> Option<LeadingContact> {
         let pitches =
             |c: Option<&ContactPoint>| Some((c?.pinion_angle - pinion_angle) / self.pitch());
@@ -95,22 +95,22 @@ impl FlankPair {
         candidates.max_by(|a, b| a.te.total_cmp(&b.te))
     }
 
-    /// Peak-to-peak of the transmission error over a pitch, rad, its extremes sought between `positions` places; none where at some
-    /// place no pair touches.
+    /// Peak-to-peak transmission error over a pitch, rad, from `positions` samples with refined extremes; `None` for a cycle
+    /// with a gap in contact.
     ///
-    /// Where a pair parts while it leads, the error jumps: both sides of its ends count.
+    /// The error is discontinuous at the separation of a leading pair: both sides of the path ends count.
     pub fn peak_to_peak(&self, path: &ContactPath, positions: usize) -> Option<f64> {
         let step = self.pitch() / positions as f64;
-        let place = |i: usize| path.reference.pinion_angle + step * i as f64;
+        let angle_at = |i: usize| path.reference.pinion_angle + step * i as f64;
         let te = |angle: f64| Some(self.leading(path, angle)?.te);
-        let values: Option<Vec<f64>> = (0..positions).map(|i| te(place(i))).collect();
+        let values: Option<Vec<f64>> = (0..positions).map(|i| te(angle_at(i))).collect();
         let mut values = values?;
         for sign in [1.0, -1.0] {
             let by_size =
                 |a: &usize, b: &usize| (sign * values[*a]).total_cmp(&(sign * values[*b]));
-            let at = place((0..positions).max_by(by_size)?);
-            let found = greatest([at - step, at + step], 2, |x| Some(sign * te(x)?));
-            values.extend(found.map(|[_, te]| sign * te));
+            let centre = angle_at((0..positions).max_by(by_size)?);
+            let extreme = greatest([centre - step, centre + step], 2, |x| Some(sign * te(x)?));
+            values.extend(extreme.map(|[_, te]| sign * te));
         }
         let beyond = BEYOND_END * self.pitch();
         for (end, outwards, stopped) in [
@@ -125,14 +125,14 @@ impl FlankPair {
         Some(peak_to_peak(&values))
     }
 
-    /// Contacts at equal steps from `first`, which is left out, and the angle at which none was found on the teeth.
+    /// Contacts at equal steps after `first`, and the first angle without contact on the teeth, rad.
     fn march(
         &self,
         first: ContactPoint,
         step: f64,
         count: usize,
     ) -> (Vec<ContactPoint>, Option<f64>) {
-        let mut found: Vec<ContactPoint> = Vec::with_capacity(count);
+        let mut contacts: Vec<ContactPoint> = Vec::with_capacity(count);
         let mut before: Option<ContactPoint> = None;
         let mut last = first;
         for i in 1..=count {
@@ -142,32 +142,32 @@ impl FlankPair {
                 _ => linear(&last, angle - last.pinion_angle),
             };
             let Some(next) = self.next(angle, start, last.edge) else {
-                found.extend(self.last_of_kind(&last, angle));
-                return (found, Some(angle));
+                contacts.extend(self.last_of_kind(&last, angle));
+                return (contacts, Some(angle));
             };
             if next.edge != last.edge {
-                found.extend(self.last_of_kind(&last, angle));
+                contacts.extend(self.last_of_kind(&last, angle));
             }
-            found.push(next);
+            contacts.push(next);
             (before, last) = (Some(last), next);
         }
-        (found, None)
+        (contacts, None)
     }
 
-    /// The last contact of the kind of one on the way to an angle at which that kind is off the teeth.
+    /// Last contact of the kind of `last` before an angle with that kind off the teeth.
     fn last_of_kind(&self, last: &ContactPoint, angle: f64) -> Option<ContactPoint> {
-        let at = |x: f64| self.contact_of(x, linear(last, x - last.pinion_angle), last.edge);
+        let solve = |x: f64| self.contact_of(x, linear(last, x - last.pinion_angle), last.edge);
         let others = || edges().filter(|e| Some(*e) != last.edge);
-        let beyond = |c: &ContactPoint| {
-            let each = others().map(|e| self.beyond(e, c.point));
-            each.fold(f64::MIN, f64::max)
+        let excess = |c: &ContactPoint| {
+            let distances = others().map(|e| self.beyond(e, c.point));
+            distances.fold(f64::MIN, f64::max)
         };
-        at(sign_change([last.pinion_angle, angle], |x| {
-            Some(beyond(&at(x)?))
+        solve(sign_change([last.pinion_angle, angle], |x| {
+            Some(excess(&solve(x)?))
         })?)
     }
 
-    /// The contact at an angle on the teeth: of the same kind as the one before it, else on an edge that it has passed.
+    /// Contact on the teeth at an angle: of the same kind as the preceding contact, else on an edge already passed.
     fn next(&self, angle: f64, start: ContactUnknowns, edge: Option<Edge>) -> Option<ContactPoint> {
         let same = self.contact_of(angle, start, edge);
         if let Some(contact) = &same
@@ -186,7 +186,7 @@ impl FlankPair {
         on_teeth.next()
     }
 
-    /// The contact of pair 0 at an angle, of the kinds of its neighbours on the path; the one that leads where there are two.
+    /// Contact of pair 0 at an angle, of the kind of a neighbour on the path; the leading one of two solutions.
     fn on_path(&self, path: &ContactPath, angle: f64) -> Option<ContactPoint> {
         let [first, last] = [path.contacts.first()?, path.contacts.last()?];
         if !(first.pinion_angle <= angle && angle <= last.pinion_angle) {
@@ -195,9 +195,9 @@ impl FlankPair {
         let after = path.contacts.partition_point(|c| c.pinion_angle < angle);
         let neighbours = [after.checked_sub(1), Some(after)].into_iter().flatten();
         let contacts = neighbours.filter_map(|i| {
-            let near = path.contacts.get(i)?;
+            let start = path.contacts.get(i)?;
             let contact =
-                self.contact_of(angle, linear(near, angle - near.pinion_angle), near.edge)?;
+                self.contact_of(angle, linear(start, angle - start.pinion_angle), start.edge)?;
             self.is_on_teeth(&contact).then_some(contact)
         });
         let te = |c: &ContactPoint| self.te(c, &path.reference);
@@ -216,7 +216,7 @@ impl FlankPair {
         }
     }
 
-    /// Whether a contact lies within the edges of both teeth.
+    /// True for a contact within the edges of both teeth.
     pub fn is_on_teeth(&self, contact: &ContactPoint) -> bool {
         edges().all(|edge| {
             let depth = self.flanks[edge.member].section.depth();
@@ -224,13 +224,13 @@ impl FlankPair {
         })
     }
 
-    /// The path of contact through the middle of the teeth, `pitches` each way; none where the flanks do not touch there.
+    /// Path of contact near the middle of the teeth, over `pitches` on either side; `None` without contact of the flanks there.
     pub fn path_near_teeth(&self, pitches: f64, positions: usize) -> Option<ContactPath> {
         let first = self.first_contact().filter(|c| self.is_near_teeth(c))?;
         Some(self.path(first, pitches, positions))
     }
 
-    /// The member whose generated flank undercut removes at a contact.
+    /// Index of the member with a generated flank removed by undercut at a contact.
     pub fn removed_at(&self, contact: &ContactPoint) -> Option<usize> {
         (0..2).find(|member| {
             let envelope = &self.flanks[*member].envelope;
@@ -240,7 +240,7 @@ impl FlankPair {
         })
     }
 
-    /// Whether a contact lies within a tooth depth of both teeth: beyond that it belongs to another branch of the flanks.
+    /// True for a contact within a tooth depth of both teeth; others belong to another branch of the envelope.
     pub fn is_near_teeth(&self, contact: &ContactPoint) -> bool {
         edges().all(|edge| {
             let depth = self.flanks[edge.member].section.depth();
@@ -251,29 +251,29 @@ impl FlankPair {
     /// Distance of a point of the fixed frame beyond an edge of a member, m; negative on the tooth.
     fn beyond(&self, edge: Edge, point: Vector) -> f64 {
         let [c_z, c_rho, c_0] = self.flanks[edge.member].section.side(edge.side);
-        let off = point - self.centre(edge.member);
+        let offset = point - self.centre(edge.member);
         let axis = self.turn(edge.member).w;
-        c_z * off.dot(axis) + c_rho * axis.cross(off).norm() - c_0
+        c_z * offset.dot(axis) + c_rho * axis.cross(offset).norm() - c_0
     }
 
-    /// Distance of a point of the fixed frame beyond the edges of the gear, m, and the side it is furthest beyond; negative on the tooth.
+    /// Largest distance of a point of the fixed frame beyond the edges of the gear, m, with the side; negative on the tooth.
     pub(super) fn beyond_gear(&self, point: Vector) -> (f64, Side) {
         let beyond = |side| (self.beyond(Edge { member: 1, side }, point), side);
         let [tip, ends @ ..] = [Side::Tip, Side::Toe, Side::Heel].map(beyond);
         ends.into_iter()
-            .fold(tip, |most, next| if next.0 > most.0 { next } else { most })
+            .fold(tip, |max, next| if next.0 > max.0 { next } else { max })
     }
 
-    /// The contact whose ratio is that of the tooth numbers; of several the one nearest the middle of the gear's tooth.
+    /// Contact with the ratio of the tooth numbers; of several the nearest to the middle of the gear tooth.
     fn reference(&self, contacts: &[ContactPoint]) -> Option<ContactPoint> {
-        let off = |c: &ContactPoint| c.ratio() - self.ratio();
+        let ratio_error = |c: &ContactPoint| c.ratio() - self.ratio();
         let pairs = contacts.iter().zip(contacts.iter().skip(1));
         let flanks = pairs.filter(|(a, b)| a.edge.is_none() && b.edge.is_none());
-        let crossings = flanks.filter(|(a, b)| (off(a) < 0.0) != (off(b) < 0.0));
+        let crossings = flanks.filter(|(a, b)| (ratio_error(a) < 0.0) != (ratio_error(b) < 0.0));
         let references = crossings.filter_map(|(a, b)| {
-            let at = |angle: f64| self.contact(angle, linear(a, angle - a.pinion_angle));
-            at(sign_change([a.pinion_angle, b.pinion_angle], |x| {
-                Some(off(&at(x)?))
+            let contact_at = |angle: f64| self.contact(angle, linear(a, angle - a.pinion_angle));
+            contact_at(sign_change([a.pinion_angle, b.pinion_angle], |x| {
+                Some(ratio_error(&contact_at(x)?))
             })?)
         });
         let from_middle = |c: &ContactPoint| {
@@ -292,12 +292,12 @@ fn edges() -> impl Iterator<Item = Edge> {
     })
 }
 
-/// Unknowns a step after a contact by its rates.
+/// Linear extrapolation of the unknowns by a step from a contact.
 fn linear(contact: &ContactPoint, step: f64) -> ContactUnknowns {
     std::array::from_fn(|j| contact.unknowns[j] + step * contact.rates[j])
 }
 
-/// Unknowns one step beyond two contacts, by the cubic through both and their rates.
+/// Hermite extrapolation of the unknowns one step beyond two contacts, by the cubic through both with rates.
 fn cubic(a: &ContactPoint, b: &ContactPoint) -> ContactUnknowns {
     let step = b.pinion_angle - a.pinion_angle;
     std::array::from_fn(|j| {

@@ -1,9 +1,9 @@
-//! Undeformed chips of the blades that cut a slot from the solid: in the plane of a blade the area `A = ∫∫ dρ dζ` of the metal that the
-//! blade meets and the blades before it left.
+//! Undeformed chips of face-mill blades that cut a slot from the solid: chip area `A = ∫∫ dρ dζ` in the plane of a blade, the
+//! intersection of the blade with the metal remaining after the preceding blades.
 //!
-//! The plane is cut into lines along the cutter's axis, each from the blade's edge into its body. Of each line remains what lies within the
-//! blank and outside the profiles of the blades before, all of them convex there. A pass removes `∫ A (ρ + x' v_θ) dθ`, `x' v_θ` being how
-//! the work comes towards the blade. Blades are trapezoids: edge radius, profile arc and Toprem have no part.
+//! The plane is divided into lines along the cutter axis, from the cutting edge into the blade. Each line is clipped to the blank and
+//! to the outside of the preceding blade profiles, all convex there. A pass removes the volume `∫ A (ρ + x' v_θ) dθ`, with the
+//! feed velocity `x' v_θ` of the work. Blades are trapezoids without edge radius, profile arc and Toprem.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,20 +14,20 @@ use crate::gear::kernel::motion::{Motion, MotionState};
 use crate::gear::kernel::pose::Transform;
 use crate::gear::kernel::vector::Vector;
 
-/// Lines over each of the inside edge, the tip and the outside edge.
+/// Number of lines over inside edge, tip and outside edge.
 const LINES: [usize; 3] = [64, 24, 64];
-/// Places of a blade while it crosses the slot.
-const PLACES: usize = 48;
-/// Most passes to either side of the middle of the roll: a face-mill load reads as many.
+/// Number of positions of a blade in a pass through the slot.
+const POSITIONS: usize = 48;
+/// Largest number of passes on either side of the middle of the roll: the limit of a face-mill load.
 const MAX_PASSES: i64 = 1000;
-/// Step at which the ends of the slot are sought round the cutter, rad.
-const SEARCH: f64 = 0.01;
-/// Furthest turn of the cradle from the middle of the flanks at which a blade may still cut, rad.
-const FURTHEST: f64 = 2.0;
-/// Least length of a line that counts as a chip, m: rounding of places on a machine.
-const LEAST: f64 = 1e-12;
+/// Step of the search for the slot ends about the cutter axis, rad.
+const SEARCH_STEP: f64 = 0.01;
+/// Largest cradle angle from the middle of the flanks at which a blade cuts, rad.
+const MAX_CRADLE_ANGLE: f64 = 2.0;
+/// Smallest chip thickness along a line, m: rounding of positions on a machine.
+const MIN_LENGTH: f64 = 1e-12;
 
-/// The blades of a head that cuts both flanks of a slot, the motion of the cutter and the blank.
+/// Face-mill head that cuts both flanks of a slot, with the cutter motion and the blank.
 #[derive(Debug, Clone)]
 pub struct ChipCutter {
     /// Inside and outside point radius, m.
@@ -35,29 +35,29 @@ pub struct ChipCutter {
     /// Tangents of the inside and the outside blade angle.
     tangents: [f64; 2],
     motion: Motion<WorkFrame, CutterFrame>,
-    /// Sides of the blank, `c_z z + c_ρ ρ = c₀`, the left less the right positive outside.
+    /// Sides of the blank, `c_z z + c_ρ ρ = c₀`; left side minus right side is positive outside.
     blank: Vec<[f64; 3]>,
     /// Length of the blades, m.
     depth: f64,
     feed: BladeFeed,
     offsets: Vec<BladeOffset>,
-    /// Cutter angle at which passes are counted, rad.
+    /// Reference cutter angle θ₀ of the passes, rad.
     start_angle: f64,
 }
 
-/// The chip of a blade at one place of its pass.
+/// Undeformed chip of a blade at one position of its pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chip {
-    /// Area in the plane of the blade, m².
+    /// Chip area in the plane of the blade, m².
     pub area: f64,
-    /// Length of the edge that cuts, m.
+    /// Length of the cutting edge in contact, m.
     pub edge: f64,
-    /// Volume removed for each radian of the cutter, m³.
+    /// Volume removed per radian of the cutter, m³.
     pub volume: f64,
 }
 
 impl Chip {
-    /// Mean thickness, m.
+    /// Mean chip thickness, m.
     pub fn thickness(&self) -> f64 {
         match self.edge > 0.0 {
             true => self.area / self.edge,
@@ -66,48 +66,48 @@ impl Chip {
     }
 }
 
-/// A place of a pass.
+/// Blade position in a pass, with its chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChipPlace {
-    /// The pass, from 1.
+    /// Pass number, from 1.
     pub pass: usize,
-    /// Blade of the pass.
+    /// Blade index of the pass.
     pub blade: usize,
-    /// Turn of the cradle, rad.
+    /// Cradle angle, rad.
     pub cradle: f64,
-    /// Turn of the head from the first place of the first pass, rad.
+    /// Rotation of the head from the first position of the first pass, rad.
     pub head: f64,
-    /// Cutter angle from the middle of the slot, rad.
+    /// Cutter angle from the slot centre, rad.
     pub theta: f64,
     /// The chip.
     pub chip: Chip,
 }
 
-/// The chips of a slot.
+/// Undeformed chips of a slot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chips {
-    /// Passes that cut a chip.
+    /// Number of passes with a chip.
     pub passes: usize,
-    /// Places pass by pass, from one before the first chip to one behind the last.
+    /// Positions of each pass, from one before the first chip to one after the last.
     pub places: Vec<ChipPlace>,
-    /// Volume that they remove, m³.
+    /// Removed volume, m³.
     pub volume: f64,
 }
 
-/// Why there are no chips.
+/// Reason for the absence of chips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoChips {
     /// The inside point radius is not below the outside one.
     CrossedBlades,
-    /// No blade reaches the blank in the middle of the roll.
+    /// No blade intersects the blank in the middle of the roll.
     NotInBlank,
-    /// The roll does not carry the blades out of the blank, or they meet it all round the cutter.
+    /// Blades remain in the blank over the whole roll, or intersect the blank at every cutter angle.
     NeverLeaves,
-    /// The feed is so slow that more than a thousand passes lie to one side of the middle.
+    /// Feed per pass too small: more than a thousand passes on one side of the middle.
     TooManyPasses,
 }
 
-/// A blade at one place: lines are cut in its plane.
+/// Plane of a blade at one position of its pass.
 struct Plane {
     state: MotionState,
     theta: f64,
@@ -115,7 +115,7 @@ struct Plane {
 }
 
 impl ChipCutter {
-    /// A head by the cutters of the convex and the concave flank.
+    /// Face-mill head from the cutters of the convex and of the concave flank.
     pub fn new(
         [inside, outside]: [&Cutter; 2],
         motion: Motion<WorkFrame, CutterFrame>,
@@ -135,80 +135,80 @@ impl ChipCutter {
         }
     }
 
-    /// All passes while the cradle rolls from where the blades reach the blank to where they leave it; where blades differ, for a whole turn
-    /// of the head. `middle` is a turn of the cradle at which a blade is in the slot, rad.
+    /// Chips of all passes of the roll, from the entry of the blades into the blank to their exit; unequal blades count over a full
+    /// revolution of the head. `middle` is a cradle angle with a blade in the slot, rad.
     ///
     /// # Errors
-    /// The reason why there are none.
+    /// Reason for the absence of chips.
     pub fn chips(&self, middle: f64) -> Result<Chips, NoChips> {
         if self.radii[0] >= self.radii[1] {
             return Err(NoChips::CrossedBlades);
         }
-        let [from, to] = self.slot(middle).ok_or(NoChips::NeverLeaves)?;
-        let thetas: Vec<f64> = (0..PLACES)
-            .map(|i| from + (to - from) * (i as f64 + 0.5) / PLACES as f64)
+        let [enter, leave] = self.slot(middle).ok_or(NoChips::NeverLeaves)?;
+        let thetas: Vec<f64> = (0..POSITIONS)
+            .map(|i| enter + (leave - enter) * (i as f64 + 0.5) / POSITIONS as f64)
             .collect();
-        let first = (middle / self.turn_of(1)).round() as i64;
+        let first = (middle / self.cradle_at_start(1)).round() as i64;
         let (start, end) = (self.end(first, -1, &thetas)?, self.end(first, 1, &thetas)?);
         if end == start {
             return Err(NoChips::NotInBlank);
         }
         let blades = i64::from(self.feed.blades);
-        let (mut all, mut with_chips) = (Vec::<ChipPlace>::new(), 0);
+        let (mut positions, mut with_chips) = (Vec::<ChipPlace>::new(), 0);
         for pass in start + 1..end {
-            let before = pass - start - 1;
+            let index = pass - start - 1;
             let place = |theta: &f64| ChipPlace {
-                pass: before as usize + 1,
+                pass: index as usize + 1,
                 blade: pass.rem_euclid(blades) as usize,
-                cradle: self.turn(pass, *theta),
-                head: before as f64 * TAU / blades as f64 + theta - from,
-                theta: theta - 0.5 * (from + to),
+                cradle: self.cradle_angle(pass, *theta),
+                head: index as f64 * TAU / blades as f64 + theta - enter,
+                theta: theta - 0.5 * (enter + leave),
                 chip: self.chip(pass, *theta),
             };
-            let places: Vec<ChipPlace> = thetas.iter().map(place).collect();
+            let pass_positions: Vec<ChipPlace> = thetas.iter().map(place).collect();
             let has_chip = |p: &ChipPlace| p.chip.area > 0.0;
             let ends = (
-                places.iter().position(has_chip),
-                places.iter().rposition(has_chip),
+                pass_positions.iter().position(has_chip),
+                pass_positions.iter().rposition(has_chip),
             );
             if let (Some(first), Some(last)) = ends {
-                all.extend(&places[first.saturating_sub(1)..PLACES.min(last + 2)]);
+                positions.extend(&pass_positions[first.saturating_sub(1)..POSITIONS.min(last + 2)]);
                 with_chips += 1;
             }
         }
-        let step = (to - from) / PLACES as f64;
+        let step = (leave - enter) / POSITIONS as f64;
         Ok(Chips {
             passes: with_chips,
-            volume: all.iter().map(|p| p.chip.volume * step).sum(),
-            places: all,
+            volume: positions.iter().map(|p| p.chip.volume * step).sum(),
+            places: positions,
         })
     }
 
-    /// The first pass from `first` on that misses the blank; where blades differ, of a whole turn of the head that does.
-    fn end(&self, first: i64, way: i64, thetas: &[f64]) -> Result<i64, NoChips> {
-        let most = (FURTHEST / self.feed.step()) as i64;
+    /// First pass from `first` on outside the blank; for unequal blades the first of a full revolution of the head outside.
+    fn end(&self, first: i64, sense: i64, thetas: &[f64]) -> Result<i64, NoChips> {
+        let count = (MAX_CRADLE_ANGLE / self.feed.step()) as i64;
         let mut missed = 0;
-        for k in 0..most.min(MAX_PASSES) {
-            let pass = first + way * k;
-            if thetas.iter().any(|theta| self.meets(pass, *theta)) {
+        for k in 0..count.min(MAX_PASSES) {
+            let pass = first + sense * k;
+            if thetas.iter().any(|theta| self.is_in_blank(pass, *theta)) {
                 missed = 0;
                 continue;
             }
             missed += 1;
-            if missed == self.passes_back() {
-                return Ok(pass - way * (missed - 1));
+            if missed == self.n_preceding() {
+                return Ok(pass - sense * (missed - 1));
             }
         }
-        Err(match most > MAX_PASSES {
+        Err(match count > MAX_PASSES {
             true => NoChips::TooManyPasses,
             false => NoChips::NeverLeaves,
         })
     }
 
-    /// The chip of a pass at a cutter angle.
+    /// Undeformed chip of a pass at a cutter angle.
     pub fn chip(&self, pass: i64, theta: f64) -> Chip {
         let plane = self.plane(pass, theta);
-        let before: Vec<(Plane, Transform)> = (1..=self.passes_back())
+        let preceding: Vec<(Plane, Transform)> = (1..=self.n_preceding())
             .map(|back| {
                 let plane = self.plane(pass - back, theta);
                 let inverse = plane.state.pose.inverse();
@@ -225,53 +225,53 @@ impl ChipCutter {
             let ends = self.ends(k);
             for i in 0..count {
                 let share = (i as f64 + 0.5) / count as f64;
-                let at = |j: usize| ends[0][j] + share * (ends[1][j] - ends[0][j]);
-                let (rho, tip) = (at(0) + plane.offset.radial, at(1) + plane.offset.axial);
-                let on_line = |down: f64| {
-                    let moved = Vector::new(rho * cos, rho * sin, tip - down);
-                    plane.state.pose.apply(moved)
+                let lerp = |j: usize| ends[0][j] + share * (ends[1][j] - ends[0][j]);
+                let (rho, tip) = (lerp(0) + plane.offset.radial, lerp(1) + plane.offset.axial);
+                let on_line = |depth: f64| {
+                    let p_cutter = Vector::new(rho * cos, rho * sin, tip - depth);
+                    plane.state.pose.apply(p_cutter)
                 };
-                let left = self.metal(on_line, &before);
-                if left <= LEAST {
+                let length = self.metal(on_line, &preceding);
+                if length <= MIN_LENGTH {
                     continue;
                 }
-                let wide = (ends[1][0] - ends[0][0]) / count as f64;
-                let long = f64::hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
+                let width = (ends[1][0] - ends[0][0]) / count as f64;
+                let edge = f64::hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
                 let velocity = plane.state.velocity.at(on_line(0.0));
                 let velocity = plane.state.pose.inverse().rotate(velocity);
-                let towards = self.feed.drag() * (velocity.y * cos - velocity.x * sin);
-                chip.area += wide * left;
-                chip.edge += long / count as f64;
-                chip.volume += wide * left * (rho + towards);
+                let feed = self.feed.drag() * (velocity.y * cos - velocity.x * sin);
+                chip.area += width * length;
+                chip.edge += edge / count as f64;
+                chip.volume += width * length * (rho + feed);
             }
         }
         chip
     }
 
-    /// Passes back whose blades may have left less than the one before: a turn of the head where blades differ.
-    fn passes_back(&self) -> i64 {
+    /// Number of preceding passes that can bound a chip: one, or a revolution of the head for unequal blades.
+    fn n_preceding(&self) -> i64 {
         match self.offsets.is_empty() {
             true => 1,
             false => i64::from(self.feed.blades),
         }
     }
 
-    /// Ends `[ρ, ζ]` of inside edge, tip and outside edge.
-    fn ends(&self, part: usize) -> [[f64; 2]; 2] {
+    /// End points `[ρ, ζ]` of inside edge (0), tip (1) or outside edge (2), m.
+    fn ends(&self, edge: usize) -> [[f64; 2]; 2] {
         let [inner, outer] = self.radii;
         let top = |k: usize| self.depth * self.tangents[k];
-        match part {
+        match edge {
             0 => [[inner - top(0), -self.depth], [inner, 0.0]],
             1 => [[inner, 0.0], [outer, 0.0]],
             _ => [[outer, 0.0], [outer + top(1), -self.depth]],
         }
     }
 
-    /// Length of a line that is metal, m.
-    fn metal(&self, on_line: impl Fn(f64) -> Vector, before: &[(Plane, Transform)]) -> f64 {
-        let inside = |limits: &dyn Fn(Vector) -> [f64; 3], count: usize, range: [f64; 2]| {
-            let ends = range.map(|down| limits(on_line(down)));
-            let mut kept = range;
+    /// Length of a line within the metal, m.
+    fn metal(&self, on_line: impl Fn(f64) -> Vector, preceding: &[(Plane, Transform)]) -> f64 {
+        let clip = |limits: &dyn Fn(Vector) -> [f64; 3], count: usize, range: [f64; 2]| {
+            let ends = range.map(|depth| limits(on_line(depth)));
+            let mut interval = range;
             for i in 0..count {
                 let [a, b] = [ends[0][i], ends[1][i]];
                 if a > 0.0 && b > 0.0 {
@@ -281,55 +281,55 @@ impl ChipCutter {
                     continue;
                 }
                 let slope = (b - a) / (range[1] - range[0]);
-                let straight = range[0] - a / slope;
-                let end = straight - limits(on_line(straight))[i] / slope;
+                let secant = range[0] - a / slope;
+                let end = secant - limits(on_line(secant))[i] / slope;
                 match a > 0.0 {
-                    true => kept[0] = kept[0].max(end),
-                    false => kept[1] = kept[1].min(end),
+                    true => interval[0] = interval[0].max(end),
+                    false => interval[1] = interval[1].min(end),
                 }
             }
-            (kept[1] > kept[0]).then_some(kept)
+            (interval[1] > interval[0]).then_some(interval)
         };
         let blank = |r: Vector| {
-            let place = f64::hypot(r.x, r.y);
+            let rho_point = f64::hypot(r.x, r.y);
             [0, 1, 2].map(|i| {
                 let side = self.blank.get(i);
-                side.map_or(-1.0, |[z, rho, c]| z * r.z + rho * place - c)
+                side.map_or(-1.0, |[z, rho, c]| z * r.z + rho * rho_point - c)
             })
         };
-        let Some(whole) = inside(&blank, 3, [0.0, self.depth]) else {
+        let Some(in_blank) = clip(&blank, 3, [0.0, self.depth]) else {
             return 0.0;
         };
-        let mut left = vec![whole];
-        for (plane, inverse) in before {
-            let profile = |r: Vector| self.beyond(plane, inverse, r);
-            left = left
+        let mut intervals = vec![in_blank];
+        for (plane, inverse) in preceding {
+            let profile = |r: Vector| self.distances(plane, inverse, r);
+            intervals = intervals
                 .into_iter()
-                .flat_map(|[a, b]| match inside(&profile, 3, [a, b]) {
+                .flat_map(|[a, b]| match clip(&profile, 3, [a, b]) {
                     Some([from, to]) => [[a, from], [to, b]],
                     None => [[a, b], [b, b]],
                 })
-                .filter(|[a, b]| b - a > LEAST)
+                .filter(|[a, b]| b - a > MIN_LENGTH)
                 .collect();
-            if left.is_empty() {
+            if intervals.is_empty() {
                 break;
             }
         }
-        left.iter().map(|[a, b]| b - a).sum()
+        intervals.iter().map(|[a, b]| b - a).sum()
     }
 
-    /// Radial excess of a point of the work beyond inside and outside edge of a blade as it crosses that point, and its height above the tip,
-    /// tip first, m.
-    fn beyond(&self, plane: &Plane, inverse: &Transform, r: Vector) -> [f64; 3] {
+    /// Signed distances of a work point outside the profile of a blade at the passage of that point: axially beyond the tip, radially
+    /// beyond the inside edge and the outside edge, m.
+    fn distances(&self, plane: &Plane, inverse: &Transform, r: Vector) -> [f64; 3] {
         let nominal = inverse.apply(r);
         let (sin, cos) = plane.theta.sin_cos();
-        let ahead = f64::atan2(
+        let angle = f64::atan2(
             nominal.y * cos - nominal.x * sin,
             nominal.x * cos + nominal.y * sin,
         );
-        let late = self.feed.drag() * ahead;
-        // The cradle rolls on until the blade is there.
-        let q = nominal - inverse.rotate(plane.state.velocity.at(r)) * late;
+        let cradle = self.feed.drag() * angle;
+        // The cradle rolls on until the blade is at the point.
+        let q = nominal - inverse.rotate(plane.state.velocity.at(r)) * cradle;
         let rho = f64::hypot(q.x, q.y) - plane.offset.radial;
         let zeta = q.z - plane.offset.axial;
         [
@@ -339,66 +339,66 @@ impl ChipCutter {
         ]
     }
 
-    /// Whether the blade of a pass reaches into the blank at a cutter angle.
-    fn meets(&self, pass: i64, theta: f64) -> bool {
+    /// True if the blade of a pass intersects the blank at a cutter angle.
+    fn is_in_blank(&self, pass: i64, theta: f64) -> bool {
         let plane = self.plane(pass, theta);
-        self.reaches(&plane)
+        self.intersects_blank(&plane)
     }
 
-    fn reaches(&self, plane: &Plane) -> bool {
+    fn intersects_blank(&self, plane: &Plane) -> bool {
         let (sin, cos) = plane.theta.sin_cos();
         (0..LINES.len())
             .flat_map(|k| self.ends(k))
             .any(|[rho, tip]| {
-                let point = |down: f64| {
-                    let at = Vector::new(rho * cos, rho * sin, tip - down);
-                    plane.state.pose.apply(at)
+                let point = |depth: f64| {
+                    let p_cutter = Vector::new(rho * cos, rho * sin, tip - depth);
+                    plane.state.pose.apply(p_cutter)
                 };
-                self.metal(point, &[]) > LEAST
+                self.metal(point, &[]) > MIN_LENGTH
             })
     }
 
-    /// Cutter angles between which blades meet the blank at some turn of the cradle.
+    /// Range of cutter angles with blade and blank in intersection at any cradle angle, rad.
     fn slot(&self, middle: f64) -> Option<[f64; 2]> {
-        let step = self.feed.step().max(SEARCH);
-        let count = (FURTHEST / step) as i64;
-        let meets = |theta: f64| {
+        let step = self.feed.step().max(SEARCH_STEP);
+        let count = (MAX_CRADLE_ANGLE / step) as i64;
+        let is_cutting = |theta: f64| {
             (-count..=count).any(|k| {
-                let turn = middle + k as f64 * step;
-                let plane = self.plane_at(turn, theta, BladeOffset::default());
-                self.reaches(&plane)
+                let cradle = middle + k as f64 * step;
+                let plane = self.plane_at(cradle, theta, BladeOffset::default());
+                self.intersects_blank(&plane)
             })
         };
-        let most = (FRAC_PI_2 / SEARCH) as i64;
-        let end = |way: f64| {
-            let angles = (0..most).map(|k| self.start_angle + way * k as f64 * SEARCH);
-            angles.into_iter().find(|theta| !meets(*theta))
+        let n_angles = (FRAC_PI_2 / SEARCH_STEP) as i64;
+        let end = |sense: f64| {
+            let angles = (0..n_angles).map(|k| self.start_angle + sense * k as f64 * SEARCH_STEP);
+            angles.into_iter().find(|theta| !is_cutting(*theta))
         };
         let ends = [end(-1.0)?, end(1.0)?];
-        (ends[1] - ends[0] > 1.5 * SEARCH).then_some(ends)
+        (ends[1] - ends[0] > 1.5 * SEARCH_STEP).then_some(ends)
     }
 
     fn plane(&self, pass: i64, theta: f64) -> Plane {
         let blade = pass.rem_euclid(i64::from(self.feed.blades)) as usize;
         let offset = self.offsets.get(blade).copied().unwrap_or_default();
-        self.plane_at(self.turn(pass, theta), theta, offset)
+        self.plane_at(self.cradle_angle(pass, theta), theta, offset)
     }
 
-    fn plane_at(&self, turn: f64, theta: f64, offset: BladeOffset) -> Plane {
+    fn plane_at(&self, cradle: f64, theta: f64, offset: BladeOffset) -> Plane {
         Plane {
-            state: self.motion.at(turn),
+            state: self.motion.at(cradle),
             theta,
             offset,
         }
     }
 
-    /// Turn of the cradle as a pass crosses the cutter angle θ₀.
-    fn turn_of(&self, pass: i64) -> f64 {
+    /// Cradle angle at the passage of the cutter angle θ₀, rad.
+    fn cradle_at_start(&self, pass: i64) -> f64 {
         pass as f64 * self.feed.cradle_per_turn / f64::from(self.feed.blades)
     }
 
-    /// Turn of the cradle as a pass crosses a cutter angle.
-    fn turn(&self, pass: i64, theta: f64) -> f64 {
-        self.turn_of(pass) + self.feed.drag() * (theta - self.start_angle)
+    /// Cradle angle at the passage of a cutter angle, rad.
+    fn cradle_angle(&self, pass: i64, theta: f64) -> f64 {
+        self.cradle_at_start(pass) + self.feed.drag() * (theta - self.start_angle)
     }
 }

@@ -1,8 +1,8 @@
-//! Correction of settings: Gauss–Newton on exact distances along the normals of nodes, in the directions of settings that the flank shows.
+//! Correction of machine settings: Gauss–Newton on exact distances along node normals, by truncated singular value decomposition.
 //!
-//! Unknowns are changes of settings in units of their reach and the turn of each flank about the work's axis, which costs nothing. A direction
-//! whose singular value is below a least displacement is not used: its change could not be measured, and the settings would run away
-//! along it (truncated singular value decomposition: Hansen, Rank-Deficient and Discrete Ill-Posed Problems, 1998, section 3.2).
+//! Unknowns are changes of settings in units of their reach, and the free rotation of each flank about the work axis. A direction
+//! with a singular value below a smallest displacement is truncated: its effect is not measurable, and the settings would diverge
+//! along it (Hansen, Rank-Deficient and Discrete Ill-Posed Problems, 1998, section 3.2).
 
 use super::measured_flank::{FlankNode, MeasuredFlank};
 use super::node_sensitivities::NodeSensitivities;
@@ -18,112 +18,110 @@ use crate::gear::kernel::pose::Pose;
 use crate::gear::kernel::vector::Vector;
 use crate::numeric::Matrix;
 
-/// A number that a correction changes.
+/// Machine setting as an unknown of a correction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unknown {
-    /// The setting.
+    /// Machine setting.
     pub setting: Setting,
-    /// Indices of the flanks that it moves: both where they are cut at one setting.
+    /// Indices of the flanks affected by the setting: both for flanks cut at a common setting.
     pub flanks: Vec<usize>,
-    /// Change by which a machine may reasonably be set, m, rad or a bare number: the unit of its column.
+    /// Scale of a reasonable change, m, rad or dimensionless: the unit of the matrix column.
     pub reach: f64,
 }
 
-/// Flanks with their deviations, and what may be changed.
+/// Least-squares problem of a correction: measured flanks and free settings.
 #[derive(Debug, Clone)]
 pub struct CorrectionProblem {
     /// Measured flanks.
     pub flanks: Vec<MeasuredFlank>,
-    /// Settings that may be changed.
+    /// Free settings.
     pub unknowns: Vec<Unknown>,
-    /// Least root mean square over the nodes by which a direction of settings moves the flank, m.
+    /// Truncation threshold: smallest rms displacement of the nodes by a direction of settings, m.
     pub least: f64,
 }
 
-/// Settings whose flanks have the deviations.
+/// Result of a correction: fitted settings, residual deviations, sensitivities.
 #[derive(Debug, Clone)]
 pub struct CorrectionFit {
     /// Settings of each flank.
     pub setups: Vec<FlankSetup>,
-    /// Turns of each flank about the work's axis, rad.
+    /// Rotation of each flank about the work axis, rad.
     pub turns: Vec<f64>,
-    /// Changes of the unknowns, m, rad or bare numbers.
+    /// Changes of the unknowns, m, rad or dimensionless.
     pub changes: Vec<f64>,
-    /// Deviations less those of the found flank, by flank and node, m; none where the found flank has no point.
+    /// Residual deviations by flank and node, m; `None` for a node without a point of the fitted flank.
     pub rests: Vec<Vec<Option<f64>>>,
-    /// Sensitivities at the settings of the start.
+    /// Sensitivities at the initial settings.
     pub nominal: NodeSensitivities,
-    /// Sensitivities at the found settings.
+    /// Sensitivities at the fitted settings.
     pub fitted: NodeSensitivities,
-    /// Directions used.
+    /// Number of directions used: numerical rank.
     pub kept: usize,
-    /// Steps taken.
+    /// Number of steps.
     pub steps: usize,
-    /// The last step changed nothing that could be measured.
+    /// True if the effect of the last step is not measurable.
     pub is_converged: bool,
 }
 
-/// Steps before the search is given up.
+/// Largest number of steps.
 const STEPS: usize = 60;
-/// A step that takes less than this from the deviations is the last, m: the next would be rounding.
+/// Convergence tolerance on the reduction of the residual, m: rounding level.
 const LAST_STEP: f64 = 1e-12;
-/// Largest change of a setting in a step, in its reach.
+/// Largest change of a setting in a step, in units of its reach.
 const LARGEST_STEP: f64 = 6.0;
-/// Halvings of a step that does not lower the deviations.
+/// Largest number of halvings of a step without decrease of the residual.
 const HALVINGS: usize = 8;
-/// Root mean square that rounding may add, m.
+/// Rounding tolerance of the rms residual, m.
 const ROUNDING: f64 = 1e-13;
-/// Weight of a change of the slot's depth next to a deviation of the flank: depths are held to hundredths of a millimetre, flanks to
-/// micrometres.
+/// Weight of a slot-depth deviation relative to a flank deviation: depth tolerances are hundredths of a millimetre, flank tolerances
+/// are micrometres.
 pub(super) const ROOT_WEIGHT: f64 = 0.1;
 
-/// One flank at trial settings.
+/// Flank at trial settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trial {
     setup: FlankSetup,
     turn: f64,
 }
 
-/// The point at which a trial flank meets the ray of a node.
+/// Intersection of a trial flank with the normal ray of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Hit {
     /// Index of flank and node.
     node: [usize; 2],
     at: [f64; 3],
-    /// Normal of the trial flank there.
+    /// Normal of the trial flank.
     normal: Vector,
-    /// Deviation of the node less the distance to the trial flank, m.
-    rest: f64,
+    /// Residual: deviation of the node minus distance to the trial flank, m.
+    residual: f64,
 }
 
-/// Hits of the nodes by a trial, and its passes over the root.
+/// Ray intersections of all nodes and tool passes over the root, for one trial.
 #[derive(Debug, Clone, PartialEq)]
 struct RayHits {
     hits: Vec<Hit>,
-    /// Index of the flank, pass, and weighted rest of its height, m.
+    /// Flank index, pass, weighted residual of the height, m.
     passes: Vec<(usize, TipPass, f64)>,
 }
 
 impl RayHits {
-    fn rests(&self) -> Vec<f64> {
-        let of_nodes = self.hits.iter().map(|hit| hit.rest);
-        of_nodes
-            .chain(self.passes.iter().map(|pass| pass.2))
-            .collect()
+    fn residuals(&self) -> Vec<f64> {
+        let nodes = self.hits.iter().map(|hit| hit.residual);
+        nodes.chain(self.passes.iter().map(|pass| pass.2)).collect()
     }
 
-    /// Root of the sum of squares over the number of nodes.
+    /// Root mean square of the residuals per node, m.
     fn rms(&self) -> f64 {
-        let squares: f64 = self.rests().iter().map(|x| x * x).sum();
+        let squares: f64 = self.residuals().iter().map(|x| x * x).sum();
         (squares / self.hits.len().max(1) as f64).sqrt()
     }
 }
 
 impl CorrectionProblem {
-    /// Settings within the problem's whose flanks have the deviations as nearly as the directions shown by the flank allow.
+    /// Least-squares fit of the settings to the deviations, within the numerical rank.
     ///
     /// # Errors
-    /// Nodes that the flanks at the start do not reach, fewer of them than unknowns.
+    /// Fewer ray intersections at the initial settings than unknowns.
     pub fn solve(&self) -> Result<CorrectionFit, Error> {
         let start = |flank: &MeasuredFlank| Trial {
             setup: flank.setup,
@@ -133,13 +131,13 @@ impl CorrectionProblem {
         let mut rays = self.ray_hits(&trials, None);
         self.check(&rays.hits)?;
         let nominal = self.system(&trials, &rays)?;
-        let kept = nominal.seen(self.least);
+        let rank = nominal.numerical_rank(self.least);
         let mut system = nominal.clone();
         let mut changes = vec![0.0; self.unknowns.len()];
         let (mut steps, mut is_converged) = (0, false);
         while steps < STEPS && !is_converged {
             steps += 1;
-            let step = system.step(&rays.rests(), kept.min(rays.hits.len()));
+            let step = system.step(&rays.residuals(), rank.min(rays.hits.len()));
             let largest = step.changes.iter().fold(0f64, |most, x| most.max(x.abs()));
             let cut = if largest > LARGEST_STEP {
                 LARGEST_STEP / largest
@@ -150,21 +148,22 @@ impl CorrectionProblem {
             let moved = (0..HALVINGS).find_map(|halving| {
                 let share = cut * 0.5f64.powi(halving as i32);
                 let next = self.stepped(&trials, &step.changes, &step.turns, share);
-                let found = self.ray_hits(&next, Some(&rays.hits));
-                let is_better = 2 * found.hits.len() >= self.count()
-                    && found.passes.len() == rays.passes.len()
-                    && found.rms() <= rays.rms() + ROUNDING;
-                is_better.then_some((share, next, found))
+                let next_rays = self.ray_hits(&next, Some(&rays.hits));
+                let is_better = 2 * next_rays.hits.len() >= self.count()
+                    && next_rays.passes.len() == rays.passes.len()
+                    && next_rays.rms() <= rays.rms() + ROUNDING;
+                is_better.then_some((share, next, next_rays))
             });
-            let Some((share, next, found)) = moved else {
-                is_converged = step.removed <= UNSEEN;
+            let Some((share, next, next_rays)) = moved else {
+                is_converged = step.removed <= UNMEASURABLE;
                 break;
             };
-            for ((change, by), unknown) in changes.iter_mut().zip(&step.changes).zip(&self.unknowns)
+            for ((change, delta), unknown) in
+                changes.iter_mut().zip(&step.changes).zip(&self.unknowns)
             {
-                *change += share * by * unknown.reach;
+                *change += share * delta * unknown.reach;
             }
-            (trials, rays) = (next, found);
+            (trials, rays) = (next, next_rays);
             system = self.system(&trials, &rays)?;
         }
         let mut rests: Vec<Vec<Option<f64>>> = self
@@ -173,7 +172,7 @@ impl CorrectionProblem {
             .map(|f| vec![None; f.nodes.len()])
             .collect();
         for hit in &rays.hits {
-            rests[hit.node[0]][hit.node[1]] = Some(hit.rest);
+            rests[hit.node[0]][hit.node[1]] = Some(hit.residual);
         }
         Ok(CorrectionFit {
             setups: trials.iter().map(|trial| trial.setup).collect(),
@@ -182,7 +181,7 @@ impl CorrectionProblem {
             rests,
             nominal,
             fitted: system,
-            kept,
+            kept: rank,
             steps,
             is_converged,
         })
@@ -206,7 +205,7 @@ impl CorrectionProblem {
             .with_hint("free fewer settings, or measure more nodes"))
     }
 
-    /// Trials after a share of a step.
+    /// Trials after a fraction of a step.
     fn stepped(&self, trials: &[Trial], changes: &[f64], turns: &[f64], share: f64) -> Vec<Trial> {
         let mut next = trials.to_vec();
         for (trial, turn) in next.iter_mut().zip(turns) {
@@ -214,59 +213,59 @@ impl CorrectionProblem {
         }
         for (unknown, change) in self.unknowns.iter().zip(changes) {
             for flank in &unknown.flanks {
-                let by = share * change * unknown.reach;
-                next[*flank].setup = next[*flank].setup.changed(unknown.setting, by);
+                let delta = share * change * unknown.reach;
+                next[*flank].setup = next[*flank].setup.changed(unknown.setting, delta);
             }
         }
         next
     }
 
-    /// Hits of all rays, from those of other trials where there are any, and passes over the root; where a trial flank is undercut or ends
-    /// it has none.
+    /// Intersections of all rays, with those of an earlier trial as starts, and passes over the root; rays beyond an undercut or the
+    /// end of a trial flank have none.
     fn ray_hits(&self, trials: &[Trial], before: Option<&[Hit]>) -> RayHits {
         let mut hits = Vec::with_capacity(self.count());
         let mut passes = Vec::new();
         for (f, (flank, trial)) in self.flanks.iter().zip(trials).enumerate() {
             let envelope = trial.envelope(flank);
             for (k, node) in flank.nodes.iter().enumerate() {
-                let near = before.and_then(|hits| hits.iter().find(|hit| hit.node == [f, k]));
-                let start = near.map_or(node.at, |hit| hit.at);
+                let nearest = before.and_then(|hits| hits.iter().find(|hit| hit.node == [f, k]));
+                let start = nearest.map_or(node.at, |hit| hit.at);
                 if let Some((at, normal, distance)) = intersect(&envelope, node, start) {
                     hits.push(Hit {
                         node: [f, k],
                         at,
                         normal,
-                        rest: flank.deviations[k] - distance,
+                        residual: flank.deviations[k] - distance,
                     });
                 }
             }
             for root in &flank.roots {
                 let pass = root.pass(&trial.setup, flank.hand, trial.turn);
                 passes.extend(pass.map(|pass| {
-                    let rest = ROOT_WEIGHT * (root.height - pass.height);
-                    (f, pass, rest)
+                    let residual = ROOT_WEIGHT * (root.height - pass.height);
+                    (f, pass, residual)
                 }));
             }
         }
         RayHits { hits, passes }
     }
 
-    /// Sensitivities at the hits and of the passes.
+    /// Sensitivities of the ray residuals and of the root passes.
     ///
-    /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`; a point of the root comes nearer to the tip plane of
+    /// Along a ray of direction n a flank of normal m advances by `m·∂r/∂p / m·n`; a root point approaches the tip plane of
     /// normal n by `n·∂r/∂p`.
     fn system(&self, trials: &[Trial], rays: &RayHits) -> Result<NodeSensitivities, Error> {
         let count = rays.hits.len() + rays.passes.len();
         let mut columns = Matrix::zeros(count, self.unknowns.len());
         let mut turns = Matrix::zeros(count, self.flanks.len());
-        let mut row = |i: usize, f: usize, normal: Vector, by: &dyn Fn(Setting) -> Vector| {
+        let mut row = |i: usize, f: usize, normal: Vector, rate: &dyn Fn(Setting) -> Vector| {
             for (j, unknown) in self.unknowns.iter().enumerate() {
                 if unknown.flanks.contains(&f) {
-                    columns[(i, j)] = normal.dot(by(unknown.setting)) * unknown.reach;
+                    columns[(i, j)] = normal.dot(rate(unknown.setting)) * unknown.reach;
                 }
             }
         };
-        // The chain ends in the work before its turn.
+        // The chain ends in the work frame before the flank rotation.
         let before_turn = |f: usize, v: Vector| {
             let (sin, cos) = trials[f].turn.sin_cos();
             Vector::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
@@ -276,18 +275,18 @@ impl CorrectionProblem {
             let [f, k] = hit.node;
             let node = &self.flanks[f].nodes[k];
             let normal = hit.normal * (1.0 / hit.normal.dot(node.normal.components));
-            let ([s, theta, x], own) = (hit.at, before_turn(f, normal));
+            let ([s, theta, x], direction) = (hit.at, before_turn(f, normal));
             let chain = chain(f, x);
-            row(i, f, own, &|setting| {
+            row(i, f, direction, &|setting| {
                 chain.displacement(setting, [s, theta])
             });
             turns[(i, f)] = normal.dot(Vector::Z.cross(node.point.coordinates));
         }
         for (i, (f, pass, _)) in rays.passes.iter().enumerate() {
             let (i, normal) = (rays.hits.len() + i, pass.normal * -ROOT_WEIGHT);
-            let (own, r) = (before_turn(*f, normal), before_turn(*f, pass.point));
+            let (direction, r) = (before_turn(*f, normal), before_turn(*f, pass.point));
             let chain = chain(*f, pass.turn);
-            row(i, *f, own, &|setting| {
+            row(i, *f, direction, &|setting| {
                 chain.displacement_of_plane(setting, r)
             });
             turns[(i, *f)] = normal.dot(Vector::Z.cross(pass.point));
@@ -296,8 +295,8 @@ impl CorrectionProblem {
     }
 }
 
-/// A step that would take less than this from the deviations changes nothing that is measured, m.
-const UNSEEN: f64 = 1e-9;
+/// Reduction of the residual below measurement resolution, m.
+const UNMEASURABLE: f64 = 1e-9;
 
 impl Trial {
     fn envelope(&self, flank: &MeasuredFlank) -> FlankEnvelope {
@@ -310,7 +309,7 @@ impl Trial {
     }
 }
 
-/// Parameters, normal and distance at which an envelope meets the ray of a node; none on the part that is cut away.
+/// Intersection of an envelope with the ray of a node: parameters, normal, distance, m; `None` beyond an undercut limit.
 fn intersect(
     envelope: &FlankEnvelope,
     node: &FlankNode,
@@ -320,9 +319,9 @@ fn intersect(
     let point = envelope.point(at)?;
     let is_flank = point.second_order.undercut.signum() == node.side;
     let normal = point.normal.components;
-    let faces = normal.dot(node.normal.components) > LEAST_COSINE;
+    let faces = normal.dot(node.normal.components) > MIN_COSINE;
     (is_flank && faces).then_some((at, normal, distance))
 }
 
-/// Least cosine between the normals of a node and of the flank that its ray meets.
-const LEAST_COSINE: f64 = 0.5;
+/// Smallest cosine between the normals of node and flank at the intersection.
+const MIN_COSINE: f64 = 0.5;

@@ -64,7 +64,7 @@ pub fn shape_rests(
             })
             .collect();
         ShapeRest {
-            share: system.share_left(&values, kept),
+            share: system.residual_share(&values, kept),
             shape,
         }
     };

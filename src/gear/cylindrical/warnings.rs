@@ -1,7 +1,7 @@
-//! Warnings of a pair: undercut, interference, contact ratio below 1, pointed tip, clearance; each with the nearest value that avoids it.
+//! Warnings of a cylindrical pair: undercut, interference, contact ratio below 1, pointed tip, clearance; with the nearest valid value.
 //!
-//! Interference inside a ring: involute (the ring's tip reaches beyond the tangent point of the pinion's base circle), trochoid (tip
-//! corners meet as the pinion leaves a space) and trimming (tip corners meet as the pinion is put in radially).
+//! Interference in an internal pair: involute (ring tip beyond the tangent point of the pinion base circle), trochoid (tip
+//! corners collide as the pinion leaves a space) and trimming (tip corners collide in radial assembly).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,92 +10,92 @@ use super::pair::Pair;
 use crate::base::bound::Bound;
 use crate::gear::kernel::root::sign_change;
 
-/// Kind of a warning, in the order in which they are listed.
+/// Warning kind, in the order of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum WarningKind {
-    /// The tool cuts off part of the involute.
+    /// Undercut: the tool removes a segment of the involute.
     Undercut,
-    /// The mate's tip reaches inside the base circle, where no involute is.
+    /// Involute interference: the mate's tip enters the base circle.
     InvoluteInterference,
-    /// The mate's tip reaches the fillet.
+    /// Fillet interference: contact of the mate's tip with the fillet.
     FilletInterference,
-    /// Inside a ring the tip corners meet outside the path of contact.
+    /// Trochoid interference: tip corners of an internal pair collide outside the path of contact.
     TrochoidInterference,
-    /// A pinion cannot be put into the ring radially; along the axis it can.
+    /// Trimming interference: radial assembly of pinion and ring is impossible, axial assembly possible.
     TrimmingInterference,
     /// Total contact ratio below 1.
     ContactRatio,
-    /// The flanks meet before the tip cylinder.
+    /// Pointed tooth: the flanks intersect below the tip cylinder.
     PointedTip,
-    /// The mate's tip touches the root circle.
+    /// No bottom clearance: the mate's tip touches the root circle.
     Clearance,
 }
 
-/// The value nearest to the present one that avoids what is warned of; lengths in m.
+/// Nearest value without the warning; lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NearestValue {
     /// Profile shift coefficient of a member.
     ProfileShift {
         /// Index of the member.
         member: usize,
-        /// The coefficient.
+        /// Bound of the profile shift coefficient.
         value: Bound,
     },
     /// Tip diameter of a member, m.
     TipDiameter {
         /// Index of the member.
         member: usize,
-        /// The diameter.
+        /// Bound of the tip diameter, m.
         value: Bound,
     },
-    /// Tip diameters of both members, m, both tips moved outward by the same amount.
+    /// Tip diameters of both members, m, with equal outward displacement of both tips.
     TipDiameters([Bound; 2]),
     /// Face width of both members, m.
     FaceWidth(Bound),
     /// Centre distance, m.
     CentreDistance(Bound),
-    /// Tooth numbers and profile shift coefficients, with the rack's tips and the centre distance without backlash.
+    /// Tooth numbers and profile shift coefficients, with tips of the basic rack and backlash-free centre distance.
     Teeth {
         /// Tooth numbers.
         teeth: [u32; 2],
         /// Profile shift coefficients.
         shifts: [f64; 2],
-        /// A pinion that can be put into its ring along the axis only stays so.
+        /// True if only axial assembly remains possible.
         axial_assembly: bool,
     },
 }
 
-/// A warning of a pair.
+/// Warning of a pair with its member, amount and nearest valid value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Warning {
-    /// Kind.
+    /// Warning kind.
     pub kind: WarningKind,
-    /// The member it concerns: whose flank is undercut, reached or pointed.
+    /// Index of the affected member.
     pub member: Option<usize>,
-    /// By how much the limit is missed: a profile shift coefficient (undercut), m along the path (involute, fillet), rad of the ring
-    /// (trochoid) or the pinion (trimming), a contact ratio, m of the diameter (pointed), m (clearance).
+    /// Amount beyond the limit: profile shift coefficient (undercut), m along the path (involute, fillet), rad of the ring
+    /// (trochoid) or the pinion (trimming), contact ratio, m of the diameter (pointed), m (clearance).
     pub by: f64,
-    /// Value that avoids it; `None` where no value of that kind does.
+    /// Nearest value without the warning; `None` without a valid value of that kind.
     pub nearest: Option<NearestValue>,
 }
 
-/// Angle by which the tip corners of a pinion and a ring of given tip radius clear each other.
-type Room = fn(&Pair, f64) -> Option<f64>;
+/// Clearance angle between the tip corners of a pinion and a ring of a given tip radius, rad.
+type CornerClearance = fn(&Pair, f64) -> Option<f64>;
 
-/// Parts into which the height of a ring's tooth is divided to bracket a limit of its tip diameter.
-const TIP_PARTS: usize = 64;
+/// Number of bracketing steps over the ring tooth height for a limit of the tip diameter.
+const TIP_STEPS: usize = 64;
 
-/// By how many modules both tips are lengthened at most in search of a contact ratio of 1.
-const LONGEST_TIP: f64 = 3.0;
+/// Largest tip extension in the search for a contact ratio of 1, in modules.
+const MAX_EXTENSION: f64 = 3.0;
 
-/// Parts of the path of a tip corner below the form circle of its mate at which it is compared with the fillet.
-const CORNER_PARTS: usize = 128;
+/// Number of tip-corner positions below the form circle of the mate in the fillet comparison.
+const CORNER_STEPS: usize = 128;
 
-/// Angles nearer than this are equal: rounding of involutes and fillets, rad.
+/// Rounding tolerance of involute and fillet angles, rad.
 const ANGLE_ROUNDING: f64 = 1e-12;
 
 impl WarningKind {
-    /// The kinds that a pair can have, in their order; tip corners meet inside a ring only.
+    /// Possible warning kinds of a pair, in order; tip-corner interference only for internal pairs.
     pub fn of(pair: &Pair) -> impl Iterator<Item = WarningKind> {
         use WarningKind::{
             Clearance, ContactRatio, FilletInterference, InvoluteInterference, PointedTip,
@@ -119,22 +119,22 @@ impl WarningKind {
 }
 
 impl Pair {
-    /// The warnings, in the order of their kinds.
+    /// Warnings of the pair, in the order of kinds.
     pub fn warnings(&self) -> Vec<Warning> {
-        let each =
+        let both =
             |f: fn(&Pair, usize) -> Option<Warning>| [f(self, 0), f(self, 1)].into_iter().flatten();
-        let mut found: Vec<Warning> = each(Pair::undercut).collect();
-        let mut interference: Vec<Warning> = each(Pair::flank_interference).collect();
+        let mut warnings: Vec<Warning> = both(Pair::undercut).collect();
+        let mut interference: Vec<Warning> = both(Pair::flank_interference).collect();
         interference.extend(self.corner_interference());
         interference.sort_by_key(|warning| warning.kind);
-        found.extend(interference);
-        found.extend(self.short_contact());
-        found.extend(each(Pair::pointed));
-        found.extend(each(Pair::no_clearance));
-        found
+        warnings.extend(interference);
+        warnings.extend(self.short_contact());
+        warnings.extend(both(Pair::pointed));
+        warnings.extend(both(Pair::no_clearance));
+        warnings
     }
 
-    /// Tip diameters of a member that end its teeth at a diameter or before it.
+    /// Bound of the tip diameter of a member for teeth no longer than to a diameter, m.
     fn shortened(&self, member: usize, diameter: f64) -> Bound {
         match self.members[member].gear.internal {
             false => Bound::AtMost(diameter),
@@ -142,7 +142,7 @@ impl Pair {
         }
     }
 
-    /// Tip diameters of a member that end its teeth at a diameter or beyond it.
+    /// Bound of the tip diameter of a member for teeth no shorter than to a diameter, m.
     fn lengthened(&self, member: usize, diameter: f64) -> Bound {
         match self.members[member].gear.internal {
             false => Bound::AtLeast(diameter),
@@ -162,15 +162,15 @@ impl Pair {
         })
     }
 
-    /// The mate's tip against the flank of a member.
+    /// Interference of the mate's tip with the flank of a member.
     fn flank_interference(&self, member: usize) -> Option<Warning> {
         let geometry = self.path_geometry();
         let ([c1, c2], tips) = (geometry.pitch_point(), geometry.tip_roll());
         let (outline, mate) = (&self.outlines[member], 1 - member);
         let form = outline.roll_length(outline.form_radius);
-        // Inside an undercut the tool has made room down to the base circle.
+        // With undercut the tool has removed metal down to the base circle.
         let allowed = if outline.undercut { 0.0 } else { form };
-        // Length of roll at which the mate's tip meets the member, and that of the tip which would meet it at the allowed place.
+        // Length of roll of the member at contact with the mate's tip, and length of roll of the tip for contact at the limit.
         let (roll, tip_roll) = match (geometry.internal, member) {
             (false, _) => (c1 + c2 - tips[mate], c1 + c2 - allowed),
             (true, 0) => (tips[1] - (c2 - c1), c2 - c1 + allowed),
@@ -182,13 +182,13 @@ impl Pair {
             false => (WarningKind::FilletInterference, allowed - roll),
         };
         let value = self.shortened(mate, self.members[mate].gear.diameter_at_roll(tip_roll));
-        // Rounding of a tip that ends exactly at the limit is no interference.
+        // Tolerance for a tip exactly at the limit.
         let is_real = by > 1e-12 * self.centre_distance;
-        let has_room = kind == WarningKind::FilletInterference
+        let is_relieved = kind == WarningKind::FilletInterference
             && self.members[member].rack.protuberance > 0.0
             && !self.outlines.iter().any(|outline| outline.internal)
             && !self.corner_cuts_fillet(member);
-        (is_real && !has_room).then_some(Warning {
+        (is_real && !is_relieved).then_some(Warning {
             kind,
             member: Some(member),
             by,
@@ -199,27 +199,27 @@ impl Pair {
         })
     }
 
-    /// True if the tip corner of the mate runs through the fillet of a member of an external pair: a protuberance may have made room there.
+    /// True if the tip corner of the mate intersects the fillet of a member of an external pair, which a protuberance can relieve.
     fn corner_cuts_fillet(&self, member: usize) -> bool {
-        let (own, mate) = (&self.outlines[member], &self.outlines[1 - member]);
+        let (gear, mate) = (&self.outlines[member], &self.outlines[1 - member]);
         let a = self.centre_distance;
         let [r1, r2] =
-            [own, mate].map(|outline| outline.base_radius / self.working_pressure_angle.cos());
-        let (tip, form) = (mate.tip_radius, own.form_radius);
-        // The corner lies at ψ_2w − ψ_a2 + φ₁/u from the line of centres where the member has turned by φ₁ from contact at the pitch point.
+            [gear, mate].map(|outline| outline.base_radius / self.working_pressure_angle.cos());
+        let (tip, form) = (mate.tip_radius, gear.form_radius);
+        // The corner angle from the line of centres is ψ_2w − ψ_a2 + φ₁/u at the member rotation φ₁ from contact at the pitch point.
         let corner = mate.involute_half_angle(r2) - mate.involute_half_angle(tip);
-        let farthest = ((a * a + tip * tip - form * form) / (2.0 * a * tip))
+        let max_angle = ((a * a + tip * tip - form * form) / (2.0 * a * tip))
             .min(1.0)
             .acos();
-        let is_inside = |part: usize| {
-            let angle = farthest * (2.0 * part as f64 / CORNER_PARTS as f64 - 1.0);
+        let is_inside = |step: usize| {
+            let angle = max_angle * (2.0 * step as f64 / CORNER_STEPS as f64 - 1.0);
             let (x, y) = (tip * angle.sin(), a - tip * angle.cos());
-            let turn = (angle - corner) * r2 / r1;
-            let from_middle = x.atan2(y) - turn + own.involute_half_angle(r1);
-            let flank = own.half_angle(x.hypot(y));
-            flank.is_some_and(|flank| flank - from_middle > ANGLE_ROUNDING)
+            let rotation = (angle - corner) * r2 / r1;
+            let polar = x.atan2(y) - rotation + gear.involute_half_angle(r1);
+            let flank = gear.half_angle(x.hypot(y));
+            flank.is_some_and(|flank| flank - polar > ANGLE_ROUNDING)
         };
-        (1..CORNER_PARTS).any(is_inside)
+        (1..CORNER_STEPS).any(is_inside)
     }
 
     /// Trochoid and trimming interference of a pinion in a ring.
@@ -227,19 +227,19 @@ impl Pair {
         if !self.members[1].gear.internal {
             return Vec::new();
         }
-        let kinds: [(WarningKind, Room); 2] = [
-            (WarningKind::TrochoidInterference, Pair::trochoid_room),
-            (WarningKind::TrimmingInterference, Pair::trimming_room),
+        let kinds: [(WarningKind, CornerClearance); 2] = [
+            (WarningKind::TrochoidInterference, Pair::trochoid_clearance),
+            (WarningKind::TrimmingInterference, Pair::trimming_clearance),
         ];
-        let warning = |(kind, room): (WarningKind, Room)| {
+        let warning = |(kind, clearance): (WarningKind, CornerClearance)| {
             let tip = self.outlines[1].tip_radius;
-            let by = -room(self, tip).filter(|room| *room < 0.0)?;
-            // The limit nearest to the tip as the ring's teeth are shortened; where the corners do not meet at all there is room.
-            let step = (self.outlines[1].form_radius - tip) / TIP_PARTS as f64;
-            let free = |radius: f64| room(self, radius).unwrap_or(1.0);
-            let nearest = (0..TIP_PARTS).find_map(|i| {
+            let by = -clearance(self, tip).filter(|clearance| *clearance < 0.0)?;
+            // Nearest limit for shortened ring teeth; corners without intersection have positive clearance.
+            let step = (self.outlines[1].form_radius - tip) / TIP_STEPS as f64;
+            let clearance_at = |radius: f64| clearance(self, radius).unwrap_or(1.0);
+            let nearest = (0..TIP_STEPS).find_map(|i| {
                 let [low, high] = [i, i + 1].map(|i| tip + step * i as f64);
-                let radius = sign_change([low, high], |radius| Some(free(radius)))?;
+                let radius = sign_change([low, high], |radius| Some(clearance_at(radius)))?;
                 let value = self.shortened(1, 2.0 * radius);
                 Some(NearestValue::TipDiameter { member: 1, value })
             });
@@ -253,9 +253,9 @@ impl Pair {
         kinds.into_iter().filter_map(warning).collect()
     }
 
-    /// Angle, of the ring, by which the pinion's tip corner passes clear of the ring's where the tip circles cross; `None` where they do
-    /// not cross.
-    fn trochoid_room(&self, ring_tip: f64) -> Option<f64> {
+    /// Clearance angle of the ring between the tip corners at the intersection of the tip circles, rad; `None` without an
+    /// intersection.
+    fn trochoid_clearance(&self, ring_tip: f64) -> Option<f64> {
         let (a, tip) = (self.centre_distance, self.outlines[0].tip_radius);
         let [to_first, to_second] = [
             (ring_tip * ring_tip - tip * tip - a * a) / (2.0 * a * tip),
@@ -269,9 +269,9 @@ impl Pair {
         Some(first / self.ratio() + working - involute2 - to_second.acos())
     }
 
-    /// Angle, of the pinion, by which its tip corners clear those of the ring as it moves along the line of centres, at the tooth where
-    /// they come nearest; `None` where they never do.
-    fn trimming_room(&self, ring_tip: f64) -> Option<f64> {
+    /// Clearance angle of the pinion between tip corners in radial assembly along the line of centres, rad, at the tooth of closest
+    /// approach; `None` without one.
+    fn trimming_clearance(&self, ring_tip: f64) -> Option<f64> {
         let (u, tip) = (self.ratio(), self.outlines[0].tip_radius);
         // cos α_a1/cos α_a2 of the tip circles.
         let cosines = ring_tip / (u * tip);
@@ -280,25 +280,25 @@ impl Pair {
         }
         let first = (1.0 - cosines * cosines) / (1.0 - 1.0 / (u * u));
         let second = (1.0 / (cosines * cosines) - 1.0) / (u * u - 1.0);
-        // A pinion wider than the ring's opening comes nearest where the opening is widest.
+        // Closest approach of a pinion wider than the ring opening is at the widest position of the opening.
         let [at_first, at_second] = match second < 1.0 {
             true => [first, second].map(|sine_squared| sine_squared.sqrt().asin()),
             false => [(ring_tip / tip).min(1.0).asin(), FRAC_PI_2],
         };
         let (working, [involute1, involute2]) = self.tip_involutes(ring_tip);
-        let of_ring = at_second + involute2 - working;
-        Some(at_first + involute1 - working - u * of_ring)
+        let ring = at_second + involute2 - working;
+        Some(at_first + involute1 - working - u * ring)
     }
 
-    /// inv α_wt, and inv α of the pinion's tip and of a ring's tip.
+    /// Involute angles inv α_wt, and inv α of the pinion tip and of a ring tip, rad.
     fn tip_involutes(&self, ring_tip: f64) -> (f64, [f64; 2]) {
         let [pinion, ring] = [&self.outlines[0], &self.outlines[1]];
-        let at = |base: f64, radius: f64| inv((base / radius).acos());
+        let involute = |base: f64, radius: f64| inv((base / radius).acos());
         (
             inv(self.working_pressure_angle),
             [
-                at(pinion.base_radius, pinion.tip_radius),
-                at(ring.base_radius, ring_tip),
+                involute(pinion.base_radius, pinion.tip_radius),
+                involute(ring.base_radius, ring_tip),
             ],
         )
     }
@@ -308,28 +308,28 @@ impl Pair {
         if total >= 1.0 {
             return None;
         }
-        let tips = |longer: f64| {
+        let tips = |extension: f64| {
             self.members
-                .map(|member| member.tip_diameter() + 2.0 * member.sense() * longer)
+                .map(|member| member.tip_diameter() + 2.0 * member.sense() * extension)
         };
-        let lengthened = |longer: f64| {
+        let lengthened = |extension: f64| {
             let mut members = self.members;
-            for (member, tip) in members.iter_mut().zip(tips(longer)) {
+            for (member, tip) in members.iter_mut().zip(tips(extension)) {
                 member.tip_diameter = Some(tip);
             }
             let pair = Pair::new(members, Some(self.centre_distance)).ok()?;
             Some(pair.contact_ratios().total - 1.0)
         };
-        let most = LONGEST_TIP * self.members[0].gear.module;
-        let longer = sign_change([0.0, most], |longer| {
-            Some(lengthened(longer).unwrap_or(-1.0))
+        let max_extension = MAX_EXTENSION * self.members[0].gear.module;
+        let extension = sign_change([0.0, max_extension], |extension| {
+            Some(lengthened(extension).unwrap_or(-1.0))
         });
         Some(Warning {
             kind: WarningKind::ContactRatio,
             member: None,
             by: 1.0 - total,
-            nearest: longer.map(|longer| {
-                let [first, second] = tips(longer);
+            nearest: extension.map(|extension| {
+                let [first, second] = tips(extension);
                 NearestValue::TipDiameters([self.lengthened(0, first), self.lengthened(1, second)])
             }),
         })

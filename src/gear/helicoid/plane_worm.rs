@@ -1,79 +1,79 @@
-//! Plane double-enveloping worms: a plane of the wheel generates the hourglass worm, the worm generates the wheel: two lines of contact.
+//! Plane-generated double-enveloping worm pair: a plane of the wheel generates the worm, the worm generates the wheel; two contact lines.
 //!
-//! The worm's axis is z; the wheel's passes through (a, 0, 0) along (0, −1, 0) and turns by `φ₂ = i φ₁`. In the wheel ξ points to the
+//! The worm axis is z; the wheel axis passes through (a, 0, 0) along (0, −1, 0), with rotation `φ₂ = i φ₁`. In the wheel ξ points to the
 //! worm, η along y; the plane is `ζ = r_b + η tan β`. Fixed: `x = (a − ξ c − ζ s, η, ζ c − ξ s)` with s, c = sin φ₂, cos φ₂. The plane
-//! touches along the straight line `ξ cos β (c sin β + i cos β) + η s = sin β cos β (a − r_b s)`. A point x of the worm with its normal n
-//! touches the wheel again after a turn Δ of the worm, `tan(Δ/2) = m_x/m_y` with `m = x×n`: on the wheel this is the enveloped part of the
-//! tooth, bounded on the plane by the limit of the second kind m_x = 0. Along a generating line n is constant and x linear in η: so are
-//! m, Φ and D, and every condition on the line has its root in closed form.
+//! has the contact line `ξ cos β (c sin β + i cos β) + η s = sin β cos β (a − r_b s)`. A worm point x with normal n has
+//! a second contact after a worm rotation Δ, `tan(Δ/2) = m_x/m_y` with `m = x×n`, on the enveloped zone of the wheel
+//! tooth, bounded on the plane by the limit of the second kind m_x = 0. Along a contact line n is constant and x linear in η: so are
+//! m, Φ and D, and every condition on the line has a closed-form root.
 
 use super::worm_pair::half_turn_tangent;
 use crate::gear::kernel::vector::Vector;
 
-/// A plane-generated worm pair; lengths have the unit of the input.
+/// Geometry of a plane-generated worm pair; lengths have the unit of the input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneWorm {
     /// Centre distance a.
     pub centre_distance: f64,
     /// Ratio i = z₁/z₂.
     pub ratio: f64,
-    /// Radius r_b of the base circle that the plane touches in the middle plane.
+    /// Radius r_b of the base circle tangent to the plane in the middle plane.
     pub base_radius: f64,
     /// Inclination β of the plane, rad.
     pub plane_angle: f64,
 }
 
-/// Contact of the worm with its wheel; speeds are lengths a radian of the worm.
+/// Contact point of worm and wheel; velocities are lengths per radian of the worm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneWormContact {
-    /// Turn φ₂ of the wheel, rad.
+    /// Rotation φ₂ of the wheel, rad.
     pub wheel_turn: f64,
-    /// The point in space.
+    /// Contact point in the fixed frame.
     pub point: Vector,
-    /// The point in the wheel: ξ, η, ζ.
+    /// Contact point in the wheel frame: ξ, η, ζ.
     pub in_wheel: Vector,
-    /// Height over the generating plane along its normal; 0 on the plane part of the tooth.
+    /// Height over the generating plane along its normal; 0 on the plane zone of the tooth.
     pub height: f64,
-    /// Φ; zero on the limit of the second kind.
+    /// Limit function Φ of the second kind; zero at the limit.
     pub second_limit: f64,
-    /// D; zero where the generated flank has an edge of regression.
+    /// Undercut function D; zero at an edge of regression of the generated flank.
     pub undercut: f64,
-    /// Curvature of the wheel less that of the worm across the line of contact: below zero where they touch from outside, infinite at an
+    /// Relative curvature, wheel minus worm, across the contact line: negative for contact from outside, infinite at an
     /// edge of regression.
     pub relative_curvature: f64,
-    /// Sine of the angle of the line of contact to the sliding velocity.
+    /// Sine of the angle between contact line and sliding velocity.
     pub lubrication_sine: f64,
-    /// Sliding velocity.
+    /// Sliding velocity per radian of the worm.
     pub sliding: f64,
 }
 
 impl PlaneWormContact {
-    /// Angle of the line of contact to the sliding velocity, rad.
+    /// Angle between contact line and sliding velocity, rad.
     pub fn lubrication_angle(&self) -> f64 {
         self.lubrication_sine.min(1.0).asin()
     }
 
-    /// Distance from the worm's axis.
+    /// Distance from the worm axis.
     pub fn worm_radius(&self) -> f64 {
         f64::hypot(self.point.x, self.point.y)
     }
 
-    /// Distance from the wheel's axis.
+    /// Distance from the wheel axis.
     pub fn wheel_radius(&self) -> f64 {
         f64::hypot(self.in_wheel.x, self.in_wheel.z)
     }
 }
 
-/// Δ within this of zero is the limit itself, where both contacts are one, rad.
+/// Tolerance of the rotation Δ at the limit, where both contacts coincide, rad.
 const AT_LIMIT: f64 = 1e-6;
 
 impl PlaneWorm {
-    /// The plane at a turn φ₂ of the wheel.
+    /// Generating contact line at a wheel rotation φ₂, rad.
     pub fn generating_line(&self, wheel_turn: f64) -> GeneratingLine {
         GeneratingLine::new(*self, wheel_turn, self.plane_angle.sin_cos())
     }
 
-    /// A point of space from the wheel's frame (ξ, η, ζ).
+    /// Transformation from the wheel frame (ξ, η, ζ) to the fixed frame.
     pub(super) fn in_space(&self, point: Vector, wheel_turn: f64) -> Vector {
         let (s, c) = wheel_turn.sin_cos();
         Vector::new(
@@ -83,14 +83,14 @@ impl PlaneWorm {
         )
     }
 
-    /// A point of the wheel in the wheel's frame (ξ, η, ζ) from space, at the sine and cosine of its turn.
+    /// Transformation from the fixed frame to the wheel frame (ξ, η, ζ), with sine and cosine of the wheel rotation.
     pub(super) fn in_wheel(&self, point: Vector, (s, c): (f64, f64)) -> Vector {
         let x = self.centre_distance - point.x;
         Vector::new(x * c - point.z * s, point.y, x * s + point.z * c)
     }
 
-    /// A point that touches, with its normal; the generator has the curvature `q qᵀ/d`, and `sense` is 1 where it is the worm, −1 where the
-    /// plane. None where p or the sliding vanishes.
+    /// Second-order contact elements at a point with its normal; the generator has the curvature `q qᵀ/d`, `sense` is 1 for the worm, −1
+    /// for the plane. `None` for vanishing p or sliding.
     fn touch(
         &self,
         [point, normal]: [Vector; 2],
@@ -98,36 +98,36 @@ impl PlaneWorm {
         sense: f64,
     ) -> Option<Touch> {
         let (Vector { x, y, z }, n, i) = (point, normal, self.ratio);
-        // v = v₁ − v₂ and n×(ω₁ − ω₂) of turns about z and (0, −1, 0).
+        // v = v₁ − v₂ and n×(ω₁ − ω₂) for rotations about z and (0, −1, 0).
         let v = Vector::new(i * z - y, x, i * (self.centre_distance - x));
-        let turned = Vector::new(n.y - i * n.z, -n.x, i * n.x);
-        let p = turned - q * (q.dot(v) / d);
-        let across = p.dot(v);
+        let n_omega = Vector::new(n.y - i * n.z, -n.x, i * n.x);
+        let p = n_omega - q * (q.dot(v) / d);
+        let p_v = p.dot(v);
         let second_limit = sense * i * (y * n.z - z * n.y);
         let (square, sliding) = (p.dot(p), v.norm());
-        let lubrication_sine = across.abs() / (square.sqrt() * sliding);
+        let lubrication_sine = p_v.abs() / (square.sqrt() * sliding);
         lubrication_sine.is_finite().then_some(Touch {
             p,
             square,
             second_limit,
-            undercut: across - second_limit,
+            undercut: p_v - second_limit,
             lubrication_sine,
             sliding,
         })
     }
 }
 
-/// The generating plane at a turn of the wheel, with what is constant along its line of contact.
+/// Contact line of the generating plane at a wheel rotation, with the quantities constant along the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeneratingLine {
     pair: PlaneWorm,
     wheel_turn: f64,
-    /// Sine and cosine of φ₂ and of β.
+    /// Sine and cosine of φ₂ (`turn`) and of β (`plane`).
     turn: (f64, f64),
     plane: (f64, f64),
-    /// Coefficients A, B, C of the line of contact `A ξ + B η = C` on the plane.
+    /// Coefficients A, B, C of the contact line `A ξ + B η = C` on the plane.
     pub coefficients: [f64; 3],
-    /// ξ at η = 0, and its change a unit of η; the point in space likewise.
+    /// ξ at η = 0 and slope dξ/dη; likewise for the point in the fixed frame.
     xi: [f64; 2],
     point: [Vector; 2],
     normal: Vector,
@@ -142,8 +142,8 @@ impl GeneratingLine {
             s,
             sb * cb * (pair.centre_distance - pair.base_radius * s),
         ];
-        let over = 1.0 / a;
-        let xi = [constant * over, -b * over];
+        let inverse = 1.0 / a;
+        let xi = [constant * inverse, -b * inverse];
         let (r, tan) = (pair.base_radius, sb / cb);
         GeneratingLine {
             pair,
@@ -164,13 +164,13 @@ impl GeneratingLine {
         }
     }
 
-    /// Contact of the plane at a place η across the tooth; none where the line of contact runs along ξ.
+    /// First contact, of the plane at the position η across the tooth; `None` for a contact line along ξ.
     pub fn first_contact(&self, eta: f64) -> Option<PlaneWormContact> {
         let touch = self.generated(eta)?;
         let (sb, cb) = self.plane;
         Some(PlaneWormContact {
             wheel_turn: self.wheel_turn,
-            point: self.place(eta),
+            point: self.point_at(eta),
             in_wheel: Vector::new(
                 self.xi[0] + eta * self.xi[1],
                 eta,
@@ -185,30 +185,30 @@ impl GeneratingLine {
         })
     }
 
-    /// The second contact of the worm's point that the plane makes at a place η; it happens at another turn of the wheel. None on the limit of
-    /// the second kind, where it is the first contact and its curvature 0.
+    /// Second contact of the worm point generated at the position η, at another wheel rotation. `None` at the limit of
+    /// the second kind, where both contacts coincide with zero relative curvature.
     pub fn touching_again(&self, eta: f64) -> Option<PlaneWormContact> {
-        let half = half_turn_tangent(self.place(eta), self.normal);
+        let half = half_turn_tangent(self.point_at(eta), self.normal);
         let wheel_turn = self.wheel_turn + 2.0 * self.pair.ratio * half.atan();
         let cosine = 1.0 / (1.0 + half * half).sqrt();
         let turn = wheel_turn.sin_cos();
-        self.turned(eta, (half * cosine, cosine), (wheel_turn, turn))
+        self.rotated(eta, (half * cosine, cosine), (wheel_turn, turn))
     }
 
-    /// The second contact at this turn of the wheel with the worm's line that the plane makes at another, φ₂*.
+    /// Second contact at this wheel rotation with the worm line generated at another rotation φ₂*.
     ///
-    /// The turn `Δ = (φ₂ − φ₂*)/i` between them is known, so that `m_x cos(Δ/2) = m_y sin(Δ/2)` is linear in η.
+    /// The worm rotation `Δ = (φ₂ − φ₂*)/i` is known, so `m_x cos(Δ/2) = m_y sin(Δ/2)` is linear in η.
     pub fn second_contact(&self, generating_turn: f64) -> Option<PlaneWormContact> {
-        let made = GeneratingLine::new(self.pair, generating_turn, self.plane);
+        let line = GeneratingLine::new(self.pair, generating_turn, self.plane);
         let half_turn = (0.5 * (self.wheel_turn - generating_turn) / self.pair.ratio).sin_cos();
-        let [constant, slope] = made.point.map(|x| {
-            let moment = x.cross(made.normal);
+        let [constant, slope] = line.point.map(|x| {
+            let moment = x.cross(line.normal);
             moment.x * half_turn.1 - moment.y * half_turn.0
         });
-        made.turned(-constant / slope, half_turn, (self.wheel_turn, self.turn))
+        line.rotated(-constant / slope, half_turn, (self.wheel_turn, self.turn))
     }
 
-    /// The limit of the second kind on the plane, ξ and η: there both parts of the tooth join.
+    /// Limit of the second kind on the plane, ξ and η: junction of both zones of the tooth.
     pub fn limit(&self) -> Option<[f64; 2]> {
         let [constant, slope] = self.point.map(|x| x.cross(self.normal).x);
         let eta = -constant / slope;
@@ -216,40 +216,40 @@ impl GeneratingLine {
             .then(|| [self.xi[0] + eta * self.xi[1], eta])
     }
 
-    /// Place η where the worm has its edge of regression, D = 0; none where D is the same along the line.
+    /// Position η of the edge of regression of the worm, D = 0; `None` for constant D along the line.
     pub fn undercut(&self) -> Option<f64> {
-        let one = self.pair.base_radius;
-        let [at_zero, at_one] = [0.0, one].map(|eta| Some(self.generated(eta)?.undercut));
-        let eta = one * at_zero? / (at_zero? - at_one?);
+        let unit = self.pair.base_radius;
+        let [at_zero, at_one] = [0.0, unit].map(|eta| Some(self.generated(eta)?.undercut));
+        let eta = unit * at_zero? / (at_zero? - at_one?);
         eta.is_finite().then_some(eta)
     }
 
-    fn place(&self, eta: f64) -> Vector {
+    fn point_at(&self, eta: f64) -> Vector {
         self.point[0] + self.point[1] * eta
     }
 
-    /// The plane and the worm's flank that it leaves.
+    /// Contact elements of the plane and the generated worm flank.
     fn generated(&self, eta: f64) -> Option<Touch> {
         self.pair
-            .touch([self.place(eta), self.normal], (Vector::ZERO, 1.0), -1.0)
+            .touch([self.point_at(eta), self.normal], (Vector::ZERO, 1.0), -1.0)
     }
 
-    /// The worm's point at a place η after the turn Δ, of which sine and cosine of the half are given, at a turn of the wheel where it touches
-    /// again.
-    fn turned(
+    /// Second contact of the worm point at the position η after the worm rotation Δ, given by sine and cosine of Δ/2, at the wheel rotation
+    /// of contact.
+    fn rotated(
         &self,
         eta: f64,
         (sine, cosine): (f64, f64),
         (wheel_turn, turn): (f64, (f64, f64)),
     ) -> Option<PlaneWormContact> {
-        let made = self.generated(eta)?;
+        let first = self.generated(eta)?;
         if 2.0 * sine.abs() <= AT_LIMIT {
             return None;
         }
         let (sin, cos) = (2.0 * sine * cosine, cosine * cosine - sine * sine);
-        let by_turn = |r: Vector| Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
-        let [point, normal, p] = [self.place(eta), self.normal, made.p].map(by_turn);
-        let touch = self.pair.touch([point, normal], (p, made.undercut), 1.0)?;
+        let rotate = |r: Vector| Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
+        let [point, normal, p] = [self.point_at(eta), self.normal, first.p].map(rotate);
+        let touch = self.pair.touch([point, normal], (p, first.undercut), 1.0)?;
         let in_wheel = self.pair.in_wheel(point, turn);
         let (sb, cb) = self.plane;
         Some(PlaneWormContact {
@@ -266,7 +266,7 @@ impl GeneratingLine {
     }
 }
 
-/// Second order of a generator that touches its envelope.
+/// Second-order contact elements of a generator and its envelope.
 struct Touch {
     p: Vector,
     square: f64,
@@ -277,7 +277,7 @@ struct Touch {
 }
 
 impl Touch {
-    /// Induced curvature `p²/D`, that of the envelope less that of the generator.
+    /// Induced normal curvature `p²/D`, envelope minus generator.
     fn induced(&self) -> f64 {
         self.square / self.undercut
     }

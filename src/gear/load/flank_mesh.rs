@@ -1,8 +1,8 @@
-//! Loaded contact of flanks in space over one pitch: ridges of least gap as contact lines, `e(φ, T) = e₀(φ) − Δ(φ, T)` about the gear's axis.
+//! Loaded tooth contact of bevel flanks over one pitch, with ridges of smallest gap as contact lines: `e(φ, T) = e₀(φ) − Δ(φ, T)`, rad.
 //!
-//! The gap of a station is arm × (highest e₀ − its own), the curvature across the ridge that along the height over sin² of the angle
-//! between both. The ridge knows no load: it is computed once a position, for all torques. A line of a contact ellipse with a/b below
-//! 2.9, which has too few cells, becomes one cell with the closed form of that ellipse; a/b knows no load either.
+//! The gap of a station is arm × (maximum e₀ − e₀ of the station); the curvature across the ridge is that along the height over sin² of the
+//! angle between both. The ridge does not depend on load: one computation per position serves all torques. A contact ellipse with a/b below
+//! 2.9, with too few cells, becomes one cell with the closed form of the ellipse; a/b does not depend on load either.
 
 use super::contact_line::{ContactCell, ContactLine};
 use super::elliptic_contact::EllipticContact;
@@ -18,23 +18,23 @@ use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::ridge::{RidgePoint, RidgeStations};
 use crate::numeric::parallel;
 
-/// Pitches from the reference contact within which a pair of teeth may carry.
-const REACH: f64 = 2.5;
-/// Least relative curvature across a contact, 1/m: flanks that fit closer are taken as a cylinder of 10 m.
-const LEAST_CURVATURE: f64 = 0.1;
-/// a/b from which strips have the cells to resolve a contact: with 1.2 half widths each, five.
+/// Largest distance of a loaded tooth pair from the reference contact, in pitches.
+const MAX_PITCHES: f64 = 2.5;
+/// Smallest relative curvature across a contact, 1/m: radius limit of 10 m for closely conforming flanks.
+const MIN_CURVATURE: f64 = 0.1;
+/// Smallest aspect ratio a/b resolved by strips: five cells of 1.2 half widths.
 pub const LEAST_ASPECT: f64 = 2.9;
-/// Gap in transverse modules of the gear that no load closes: pairs of teeth further apart are left out.
-const FARTHEST: f64 = 0.1;
+/// Largest gap of a tooth pair closed by load, in transverse modules of the gear; pairs with a larger gap are excluded.
+const MAX_GAP: f64 = 0.1;
 
-/// Options of a mesh of flanks.
+/// Options of a loaded flank mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankMeshOptions {
     /// Elastic constants of pinion and gear.
     pub materials: [Material; 2],
-    /// Positions in one pitch.
+    /// Number of positions per pitch.
     pub positions: usize,
-    /// Stations along the pinion's face.
+    /// Number of stations along the pinion face.
     pub stations: usize,
 }
 
@@ -48,10 +48,10 @@ impl Default for FlankMeshOptions {
     }
 }
 
-/// Metal that a member's flank has beyond its envelope at the parameters `[u, θ, x]`, along the normal, m.
+/// Excess material of a member's flank over the envelope at the parameters `[u, θ, x]`, along the normal, m.
 pub type FlankSurplus<'a> = dyn Fn(usize, [f64; 3]) -> f64 + Sync + 'a;
 
-/// Flanks ready to be loaded.
+/// Loaded mesh of bevel flanks.
 pub struct FlankMesh<'a> {
     pair: &'a FlankPair,
     path: &'a ContactPath,
@@ -62,7 +62,7 @@ pub struct FlankMesh<'a> {
 }
 
 impl<'a> FlankMesh<'a> {
-    /// Flanks with their unloaded path of contact; rigid teeth where none are given.
+    /// Loaded mesh with the unloaded path of contact; rigid teeth for `teeth = None`.
     pub fn new(
         pair: &'a FlankPair,
         path: &'a ContactPath,
@@ -81,8 +81,8 @@ impl<'a> FlankMesh<'a> {
         }
     }
 
-    /// The same flanks with a surplus, which to first order turns the gear ahead by surplus over arm where they touch. Contacts remain
-    /// strips.
+    /// Loaded mesh with excess material of the flanks: to first order te increases by surplus over arm at a contact. Contacts are solved
+    /// with strips only.
     pub fn with_surplus(self, surplus: &'a FlankSurplus<'a>) -> FlankMesh<'a> {
         FlankMesh {
             surplus: Some(surplus),
@@ -90,38 +90,38 @@ impl<'a> FlankMesh<'a> {
         }
     }
 
-    /// Turn by which the surplus of both flanks puts the gear ahead, rad, at their parameters and the arm of the normal.
-    fn ahead(&self, unknowns: [[f64; 3]; 2], arm: f64) -> f64 {
+    /// Change of te by the surplus of both flanks, rad, at their parameters and the lever arm of the normal, m.
+    fn surplus_te(&self, unknowns: [[f64; 3]; 2], arm: f64) -> f64 {
         self.surplus.map_or(0.0, |surplus| {
             (surplus(0, unknowns[0]) + surplus(1, unknowns[1])) / arm
         })
     }
 
-    /// The pinion's angle of a position, rad: a pitch from the reference contact on, by growing angle.
+    /// Pinion angle of a position, rad, in ascending order over one pitch from the reference contact.
     pub fn angle(&self, position: usize) -> f64 {
         let share = position as f64 / self.options.positions as f64;
         self.path.reference.pinion_angle + share * self.pair.pitch()
     }
 
-    /// The flanks at an angle of the pinion, rad.
+    /// Contact lines of all tooth pairs at a pinion angle, rad.
     ///
     /// # Errors
-    /// `OutOfRange`: no pair of teeth can touch there.
+    /// `OutOfRange`: no tooth pair in possible contact.
     pub fn position(&self, angle: f64) -> Result<FlankPosition, Error> {
         let (pitch, reference) = (self.pair.pitch(), self.path.reference.pinion_angle);
-        let from = ((reference - angle) / pitch - REACH).ceil() as i32;
-        let to = ((reference - angle) / pitch + REACH).floor() as i32;
+        let from = ((reference - angle) / pitch - MAX_PITCHES).ceil() as i32;
+        let to = ((reference - angle) / pitch + MAX_PITCHES).floor() as i32;
         let numbers = (from..=to).map(|pair| {
             let mut ridge = self
                 .stations
                 .ridge(self.pair, angle + f64::from(pair) * pitch);
             for point in &mut ridge {
-                point.te += self.ahead(point.unknowns, point.arm);
+                point.te += self.surplus_te(point.unknowns, point.arm);
             }
             (pair, ridge)
         });
-        let found: Vec<(i32, Vec<RidgePoint>)> = numbers.filter(|(_, r)| r.len() > 1).collect();
-        let highest = found
+        let pairs: Vec<(i32, Vec<RidgePoint>)> = numbers.filter(|(_, r)| r.len() > 1).collect();
+        let highest = pairs
             .iter()
             .flat_map(|(_, r)| r)
             .map(|p| p.te)
@@ -136,13 +136,13 @@ impl<'a> FlankMesh<'a> {
             let [u, theta, x, u2, theta2, x2, _] = leading.contact.unknowns;
             let arm = self.pair.turn(1).at(leading.contact.point);
             let arm = arm.dot(leading.contact.normal).abs();
-            let ahead = self.ahead([[u, theta, x], [u2, theta2, x2]], arm);
-            highest.max(leading.te + ahead)
+            let change = self.surplus_te([[u, theta, x], [u2, theta2, x2]], arm);
+            highest.max(leading.te + change)
         });
-        let lowest = unloaded_te - 2.0 * FARTHEST / f64::from(self.pair.teeth[1]);
+        let lowest = unloaded_te - 2.0 * MAX_GAP / f64::from(self.pair.teeth[1]);
         let spacing = 1.0 / self.options.stations as f64;
         let (mut lines, mut ridges, mut reaches) = (Vec::new(), Vec::new(), Vec::new());
-        for (pair, ridge) in found {
+        for (pair, ridge) in pairs {
             if ridge.iter().all(|p| p.te < lowest) {
                 continue;
             }
@@ -171,7 +171,7 @@ impl<'a> FlankMesh<'a> {
         })
     }
 
-    /// The pitch at several torques of the pinion, N·m.
+    /// Loaded results over one pitch at several pinion torques, N·m.
     ///
     /// # Errors
     /// As `position` and `LoadedLines::solve`.
@@ -185,7 +185,7 @@ impl<'a> FlankMesh<'a> {
             let mut loaded = Vec::with_capacity(torques.len());
             for torque in torques.iter().map(|t| t / ratio) {
                 let solve = |start: Option<&LineLoads>| position.lines.solve(torque, start);
-                // Cells that another torque loads may lead astray.
+                // The active cells of another torque can prevent convergence.
                 let loads = solve(start.as_ref()).or_else(|_| solve(None))?;
                 loaded.push(position.load(&loads, torque, self.teeth));
                 start = Some(loads);
@@ -207,13 +207,13 @@ impl<'a> FlankMesh<'a> {
         })
     }
 
-    /// Error of e(φ, T) from the stations, rad, by torque: half the greatest difference to half as many stations. Edges that cover a few
-    /// stations converge with about the order 1.5, and unevenly.
+    /// Discretisation error of e(φ, T) by torque, rad: half the largest difference to half the number of stations. Edge contacts over few
+    /// stations converge irregularly, with an order of about 1.5.
     ///
     /// # Errors
     /// As `map`.
     pub fn te_errors(&self, fine: &FlankMeshResult) -> Result<Vec<f64>, Error> {
-        /// Share of the difference that is left at the order 1.5, `1/(2^1.5 − 1)`, rounded.
+        /// Remaining share of the difference at the order 1.5, `1/(2^1.5 − 1)`, rounded.
         const ORDER_SHARE: f64 = 0.5;
         let torques: Vec<f64> = fine.cycles.iter().map(|c| c.torque).collect();
         let options = FlankMeshOptions {
@@ -221,25 +221,25 @@ impl<'a> FlankMesh<'a> {
             ..self.options
         };
         let coarse = FlankMesh::new(self.pair, self.path, options, self.teeth).map(&torques)?;
-        let apart = fine
+        let errors = fine
             .cycles
             .iter()
             .zip(&coarse.cycles)
             .map(|(fine, coarse)| {
-                let places = fine.positions.iter().zip(&coarse.positions);
-                let most = places.map(|(a, b)| (a.te - b.te).abs()).fold(0.0, f64::max);
-                ORDER_SHARE * most
+                let pairs = fine.positions.iter().zip(&coarse.positions);
+                let max = pairs.map(|(a, b)| (a.te - b.te).abs()).fold(0.0, f64::max);
+                ORDER_SHARE * max
             });
-        Ok(apart.collect())
+        Ok(errors.collect())
     }
 
-    /// Torques of the pinion at which the set of strips that carry changes as the load is raised, by position, N·m.
+    /// Pinion torques of changes in the set of loaded strips during loading, by position, N·m.
     ///
     /// # Errors
     /// As `position` and `LoadedLines::changes`.
     pub fn changes(&self, torque: f64) -> Result<Vec<Vec<StripChange>>, Error> {
         let ratio = self.pair.ratio().abs();
-        let at = |i: &usize| {
+        let changes_at = |i: &usize| {
             let position = self.position(self.angle(*i))?;
             let changes = position.lines.changes(torque / ratio)?;
             let strip = |change: &CarryingChange| StripChange {
@@ -250,32 +250,32 @@ impl<'a> FlankMesh<'a> {
             };
             Ok(changes.iter().map(strip).collect())
         };
-        parallel::try_map(&(0..self.options.positions).collect::<Vec<_>>(), at)
+        parallel::try_map(&(0..self.options.positions).collect::<Vec<_>>(), changes_at)
     }
 
-    /// The cell of a whole contact whose ellipse is shorter than strips resolve, and the place of its middle on the ridge; none where the
-    /// ridge is highest at an end or on an edge.
+    /// Cell of a contact ellipse too short for strips, with the ridge index of its centre; `None` for a
+    /// maximum at an end of the ridge or on an edge.
     fn ellipse(&self, cells: &[ContactCell], ridge: &[RidgePoint]) -> Option<(usize, ContactCell)> {
         let by_gap = |a: &usize, b: &usize| cells[*a].gap.total_cmp(&cells[*b].gap);
         let top = (0..cells.len()).min_by(by_gap)?;
-        let near = cells.get(top.checked_sub(1)?..top + 2)?;
-        if near.iter().any(|cell| cell.on_edge) {
+        let three = cells.get(top.checked_sub(1)?..top + 2)?;
+        if three.iter().any(|cell| cell.on_edge) {
             return None;
         }
-        // Parabola of the gap along the ridge through the highest place and its neighbours.
-        let step = |i: usize| near[i + 1].along - near[i].along;
-        let slope = |i: usize| (near[i + 1].gap - near[i].gap) / step(i);
+        // Parabola of the gap along the ridge through the point of smallest gap and its neighbours.
+        let step = |i: usize| three[i + 1].along - three[i].along;
+        let slope = |i: usize| (three[i + 1].gap - three[i].gap) / step(i);
         let along = 2.0 * (slope(1) - slope(0)) / (step(0) + step(1));
         let at_top = (slope(0) * step(1) + slope(1) * step(0)) / (step(0) + step(1));
-        let off = -at_top / along;
-        let here = &ridge[top];
+        let offset = -at_top / along;
+        let centre = &ridge[top];
         let chord = (ridge[top + 1].point - ridge[top - 1].point).unit()?;
-        let curvatures = principal(along, here.curvature, chord.dot(here.along_height))?;
+        let curvatures = principal(along, centre.curvature, chord.dot(centre.along_height))?;
         let unit = EllipticContact::new(curvatures, 1.0, &self.options.materials)?;
         (unit.aspect() < LEAST_ASPECT).then(|| {
             let cell = ContactCell {
-                along: cells[top].along + off,
-                gap: (cells[top].gap + 0.5 * at_top * off).max(0.0),
+                along: cells[top].along + offset,
+                gap: (cells[top].gap + 0.5 * at_top * offset).max(0.0),
                 ellipse: Some(unit),
                 ..cells[top].clone()
             };
@@ -283,31 +283,31 @@ impl<'a> FlankMesh<'a> {
         })
     }
 
-    /// The cells of a ridge, each as long as the distance between the middles towards its neighbours.
+    /// Cells of a ridge; cell boundaries are midway between neighbouring points.
     fn cells(&self, ridge: &[RidgePoint], highest: f64, spacing: f64) -> Vec<ContactCell> {
         let mut along = 0.0;
         let last = ridge.len() - 1;
         let cell = |i: usize| {
-            let here = &ridge[i];
+            let point = &ridge[i];
             let (before, after) = (&ridge[i.saturating_sub(1)], &ridge[(i + 1).min(last)]);
             let chord = after.point - before.point;
             let steps = ((after.face - before.face) / spacing).round().max(1.0);
             let length = chord.norm() / steps;
-            let cos = chord.dot(here.along_height) / chord.norm();
-            let across = here.curvature / (1.0 - cos * cos);
+            let cos = chord.dot(point.along_height) / chord.norm();
+            let across = point.curvature / (1.0 - cos * cos);
             if i > 0 {
-                along += (here.point - before.point).norm();
+                along += (point.point - before.point).norm();
             }
             ContactCell {
                 along,
                 length,
-                gap: here.arm * (highest - here.te),
-                arm: here.arm,
-                curvature: across.max(LEAST_CURVATURE),
-                on_edge: here.edge.is_some(),
+                gap: point.arm * (highest - point.te),
+                arm: point.arm,
+                curvature: across.max(MIN_CURVATURE),
+                on_edge: point.edge.is_some(),
                 ellipse: None,
                 teeth: self.teeth.and_then(|teeth| {
-                    Some([teeth.at(0, here.places[0])?, teeth.at(1, here.places[1])?])
+                    Some([teeth.at(0, point.places[0])?, teeth.at(1, point.places[1])?])
                 }),
             }
         };
@@ -315,13 +315,13 @@ impl<'a> FlankMesh<'a> {
     }
 }
 
-/// Principal curvatures of a gap whose curvature is `along` a ridge and `over` the height, which it makes the angle of `cosine` with: the
-/// two directions are conjugate, since the gap is least over the height on the ridge.
+/// Principal curvatures of a gap, 1/m, from the curvatures `along` a ridge and `over` the height, at an angle of `cosine`: the
+/// two directions are conjugate, since the gap on the ridge is minimal over the height.
 fn principal(along: f64, over: f64, cosine: f64) -> Option<[f64; 2]> {
     let sine_square = 1.0 - cosine * cosine;
     let across = (over + cosine * cosine * along) / sine_square;
     let mixed = -along * cosine / sine_square.sqrt();
     let (mean, half) = (0.5 * (along + across), 0.5 * (along - across));
-    let apart = half.hypot(mixed);
-    (mean > apart).then_some([mean - apart, mean + apart])
+    let radius = half.hypot(mixed);
+    (mean > radius).then_some([mean - radius, mean + radius])
 }

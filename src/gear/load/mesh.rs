@@ -1,9 +1,9 @@
 //! Loaded transmission error of a pair: `C F = δ − g`, `Σ F = W = T/r_b1`, `e = −δ`; tangent stiffness dW/dδ, secant `W/(δ − δ₀)`.
 //!
-//! At a pinion angle φ, counted from where pair 0 touches at the pitch point, the candidates are the tooth pairs that can touch there,
-//! each cut into slices along the face width. A slice has the gap of its flanks' modifications, of misalignment and, off the line of
-//! action, of the tip corner, and the compliance of its place; slices are not coupled. e is positive where the driven gear leads, so a
-//! load and relief make it negative; δ₀ is the approach without load.
+//! The pinion angle φ is zero with pair 0 in contact at the pitch point. Tooth pairs in possible contact
+//! are divided into slices along the face width. The gap of a slice has terms from flank modifications, misalignment and, off the line of
+//! action, the tip corner. Slices are not coupled. Positive e: the driven gear leads; a
+//! load and relief make e negative; δ₀ is the unloaded approach.
 
 use std::f64::consts::TAU;
 
@@ -24,46 +24,46 @@ use super::material::Material;
 use super::mesh_result::{LoadedCycle, MeshResult, PairCurve};
 use super::position::{MeshPoint, MeshPosition};
 
-/// Most slices along the face width: above it a map needs minutes.
+/// Largest number of slices along the face width: a map of more needs minutes.
 pub const MAX_SLICES: u32 = 1000;
-/// Most positions in one pitch: above it a map needs minutes.
+/// Largest number of positions per pitch: a map of more needs minutes.
 pub const MAX_POSITIONS: u32 = 100_000;
 
-/// Options of a mesh.
+/// Options of a loaded mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
-    /// Stiffness of the tooth pairs.
+    /// Stiffness method of the tooth pairs.
     pub method: StiffnessMethod,
     /// Elastic constants of the gears.
     pub materials: [Material; 2],
-    /// Modifications of the gears' flanks.
+    /// Flank modifications of both gears.
     pub modifications: [FlankModification; 2],
-    /// Slope of the gap along the face width in the plane of action, rad; positive opens the far end.
+    /// Misalignment: slope of the gap along the face width in the plane of action, rad; positive opens the far end.
     pub misalignment: f64,
-    /// The far end of the face, where a positive helix slope removes material, enters mesh first; else it leaves mesh last.
+    /// True if the far end of the face, where a positive helix slope removes material, enters the mesh first; else last.
     pub far_end_leads: bool,
-    /// Positions in one pitch.
+    /// Number of positions per pitch.
     pub positions: usize,
-    /// Slices along the face width; see [`default_slices`].
+    /// Number of slices along the face width; see [`default_slices`].
     pub slices: usize,
 }
 
-/// Deflection in modules that no tooth bears: at 50 N/mm² of load over width and module teeth deflect by 0.004 of it, 0.05 is 700 N/mm².
-const LARGEST_DEFLECTION: f64 = 0.05;
-/// Positions times slices: above it a map needs more than a second.
+/// Largest tooth deflection in modules: a load of 50 N/mm² over width and module gives 0.004, 700 N/mm² gives 0.05.
+const MAX_DEFLECTION: f64 = 0.05;
+/// Largest product of positions and slices: a map of more needs over a second.
 const MAX_GRID: usize = 1_000_000;
-/// Slices of a face as wide as the least of any pair.
-const LEAST_SLICES: usize = 11;
-/// Slices in an axial pitch: contact lines end in tip corners, whose load falls to nothing over some 3 % of it.
-const SLICES_OF_A_PITCH: f64 = 40.0;
+/// Smallest default number of slices.
+const MIN_SLICES: usize = 11;
+/// Number of slices per axial pitch: contact lines end in tip corners, with a decay of load to zero over some 3 % of the pitch.
+const SLICES_PER_PITCH: f64 = 40.0;
 
-/// Largest overlap ratio of a face that is loaded: the slices it needs then are the most there are.
-const LARGEST_OVERLAP: f64 = MAX_SLICES as f64 / SLICES_OF_A_PITCH;
+/// Largest overlap ratio of a loaded mesh, from the largest number of slices.
+const MAX_OVERLAP: f64 = MAX_SLICES as f64 / SLICES_PER_PITCH;
 
-/// Slices at which e(φ, T) of a pair of an overlap ratio is good to about 1 % of its peak to peak.
+/// Default number of slices for an overlap ratio: error of e(φ, T) about 1 % of the peak to peak.
 pub fn default_slices(overlap: f64) -> usize {
-    let wanted = (SLICES_OF_A_PITCH * overlap).ceil() as usize;
-    wanted.clamp(LEAST_SLICES, MAX_SLICES as usize)
+    let count = (SLICES_PER_PITCH * overlap).ceil() as usize;
+    count.clamp(MIN_SLICES, MAX_SLICES as usize)
 }
 
 impl Default for MeshOptions {
@@ -75,12 +75,12 @@ impl Default for MeshOptions {
             misalignment: 0.0,
             far_end_leads: false,
             positions: 60,
-            slices: LEAST_SLICES,
+            slices: MIN_SLICES,
         }
     }
 }
 
-/// A pair ready to be loaded.
+/// Loaded mesh of a cylindrical pair.
 #[derive(Debug, Clone)]
 pub struct LoadedMesh {
     options: MeshOptions,
@@ -95,12 +95,12 @@ pub struct LoadedMesh {
     /// Tangent of the base helix angle.
     base_helix: f64,
     pinion_teeth: u32,
-    /// Tooth pairs that can touch over one pitch.
+    /// Numbers of the tooth pairs in possible contact over one pitch.
     pairs: Vec<i32>,
 }
 
 impl LoadedMesh {
-    /// A pair with its options.
+    /// Loaded mesh of a pair with options.
     ///
     /// # Errors
     /// `OutOfRange`: no positions, slices or contact, options that are not finite; as `PairCompliance::new`.
@@ -124,10 +124,10 @@ impl LoadedMesh {
             .abs()
             .tan();
         let [low, high] = path.reach();
-        let lean = 0.5 * width * base_helix;
-        let number = |roll: f64| (roll - path.pitch_rolls[0]) / path.base_pitch;
-        let first = (number(low - lean) - 1.0).ceil() as i32;
-        let last = number(high + lean).floor() as i32;
+        let half_lag = 0.5 * width * base_helix;
+        let pair_number = |roll: f64| (roll - path.pitch_rolls[0]) / path.base_pitch;
+        let first = (pair_number(low - half_lag) - 1.0).ceil() as i32;
+        let last = pair_number(high + half_lag).floor() as i32;
         Ok(LoadedMesh {
             compliance: PairCompliance::new(pair, &options.method, &options.materials)?,
             options,
@@ -141,10 +141,10 @@ impl LoadedMesh {
         })
     }
 
-    /// The mesh at a pinion angle, rad.
+    /// Contact points, gaps and compliances of the mesh at a pinion angle, rad.
     ///
     /// # Errors
-    /// `OutOfRange`: no pair of teeth can touch there.
+    /// `OutOfRange`: no tooth pair in possible contact.
     pub fn position(&self, angle: f64) -> Result<MeshPosition, Error> {
         let slices = self.options.slices;
         let slice_width = self.width / slices as f64;
@@ -155,8 +155,8 @@ impl LoadedMesh {
                 + f64::from(*number) * self.path.base_pitch;
             for slice in self.slices_near(middle) {
                 let face = (slice as f64 + 0.5) / slices as f64;
-                let behind = (face - 0.5) * self.width;
-                let Some(place) = self.path.place(middle - behind * self.base_helix) else {
+                let offset = (face - 0.5) * self.width;
+                let Some(place) = self.path.place(middle - offset * self.base_helix) else {
                     continue;
                 };
                 let to_far_end = match self.options.far_end_leads {
@@ -188,22 +188,22 @@ impl LoadedMesh {
         MeshPosition::new(points, self.path.base[0])
     }
 
-    /// Slices of a tooth pair that can touch where its middle has a length of roll: those in reach of the path, and one on either side.
+    /// Slices of a tooth pair in possible contact for a length of roll at mid-face, m: those on the path, and one on either side.
     fn slices_near(&self, middle: f64) -> std::ops::Range<usize> {
         let slices = self.options.slices;
-        let lean = self.width * self.base_helix;
-        if !(lean > 0.0) {
+        let lag = self.width * self.base_helix;
+        if !(lag > 0.0) {
             return 0..slices;
         }
         // Share of the face, from the near end, at which the slice has a length of roll.
-        let share = |roll: f64| (middle - roll) / lean + 0.5;
+        let share = |roll: f64| (middle - roll) / lag + 0.5;
         let [low, high] = self.path.reach();
         let first = (share(high) * slices as f64 - 1.0).max(0.0) as usize;
         let last = (share(low) * slices as f64 + 2.0).max(0.0) as usize;
         first.min(slices)..last.min(slices)
     }
 
-    /// The pitch at several torques of the pinion, N·m.
+    /// Loaded results over one pitch at several pinion torques, N·m.
     ///
     /// # Errors
     /// `OutOfRange`: a torque that is not positive; as `position` and `ContactProblem::solve`.
@@ -223,8 +223,8 @@ impl LoadedMesh {
             unloaded_te.push(position.unloaded_te());
             let mut start: Option<Vec<bool>> = None;
             for cycle in &mut cycles {
-                let solution = self.loaded(&position, cycle.torque, start.as_deref())?;
-                self.enter(&position, &solution, cycle);
+                let solution = self.solve(&position, cycle.torque, start.as_deref())?;
+                self.append(&position, &solution, cycle);
                 start = Some(solution.active);
             }
         }
@@ -240,8 +240,8 @@ impl LoadedMesh {
         })
     }
 
-    /// Stiffness and gap of one tooth pair at a torque of the pinion: secant of its own load from its first touch where it carries, that of
-    /// all its slices together where it does not. Springs of this curve, a pitch apart, carry the load at the approach of `map`.
+    /// Stiffness and gap of one tooth pair at a pinion torque, N·m: secant stiffness of the pair load from first contact, without load
+    /// the stiffness of all slices. Springs with these curves, spaced by one pitch, carry the load at the approach of `map`.
     ///
     /// # Errors
     /// As `map`.
@@ -255,12 +255,12 @@ impl LoadedMesh {
             gap: vec![f64::INFINITY; n * count],
         };
         for number in &self.pairs {
-            let at = |i: usize| pitch * (f64::from(*number) + i as f64 / count as f64);
-            curve.angles.extend((0..count).map(at));
+            let angle_at = |i: usize| pitch * (f64::from(*number) + i as f64 / count as f64);
+            curve.angles.extend((0..count).map(angle_at));
         }
         for i in 0..count {
             let position = self.position(pitch * i as f64 / count as f64)?;
-            let solution = self.loaded(&position, torque, None)?;
+            let solution = self.solve(&position, torque, None)?;
             for pair in 0..n {
                 let (stiffness, gap) = position.spring(pair, &solution);
                 curve.stiffness[pair * count + i] = stiffness;
@@ -270,15 +270,15 @@ impl LoadedMesh {
         Ok(curve)
     }
 
-    /// Forces at a torque, unless the teeth deflect by more than they bear.
-    fn loaded(
+    /// Contact forces at a pinion torque, N·m; an error above the largest deflection.
+    fn solve(
         &self,
         position: &MeshPosition,
         torque: f64,
         start: Option<&[bool]>,
     ) -> Result<ContactSolution, Error> {
         let solution = position.solve(torque, start)?;
-        if solution.deflection <= LARGEST_DEFLECTION * self.module {
+        if solution.deflection <= MAX_DEFLECTION * self.module {
             return Ok(solution);
         }
         let message = format!(
@@ -291,35 +291,35 @@ impl LoadedMesh {
         Err(error.with_hint(format!("give a torque of at most {largest} N·m")))
     }
 
-    /// A torque below one that is too large, at which no position deflects by more than the teeth bear.
+    /// Torque, N·m, with admissible deflection at all positions, below an excessive torque.
     fn largest_torque(&self, torque: f64) -> Result<f64, Error> {
-        /// Off the limit, so that the printed torque is below it too.
-        const BELOW: f64 = 0.99;
+        /// Safety factor for the rounding of the printed torque.
+        const ROUNDING_MARGIN: f64 = 0.99;
         let pitch = TAU / f64::from(self.pinion_teeth);
         let count = self.options.positions;
-        let limit = LARGEST_DEFLECTION * self.module;
-        let mut least = torque;
+        let limit = MAX_DEFLECTION * self.module;
+        let mut admissible = torque;
         for i in 0..count {
             let position = self.position(pitch * i as f64 / count as f64)?;
             loop {
-                let deflection = position.solve(least, None)?.deflection;
+                let deflection = position.solve(admissible, None)?.deflection;
                 if deflection <= limit {
                     break;
                 }
-                least *= BELOW * limit / deflection;
+                admissible *= ROUNDING_MARGIN * limit / deflection;
             }
         }
-        Ok(least)
+        Ok(admissible)
     }
 
-    fn enter(&self, position: &MeshPosition, solution: &ContactSolution, cycle: &mut LoadedCycle) {
+    fn append(&self, position: &MeshPosition, solution: &ContactSolution, cycle: &mut LoadedCycle) {
         let load = cycle.torque / self.path.base[0];
         cycle.te.push(-solution.approach);
         cycle.secant.push(load / solution.deflection);
         cycle.tangent.push(solution.stiffness);
         let slice_width = self.width / self.options.slices as f64;
-        // The radius of the normal section; force and contact line lengthen alike with the helix, so the line load does not change.
-        let lengthened = self.base_helix.hypot(1.0);
+        // Radius of the normal section; force and contact line have the same helix factor, so the line load does not change.
+        let helix_factor = self.base_helix.hypot(1.0);
         let mut shares = vec![0.0; self.pairs.len()];
         let (mut corner, mut pressure) = (0.0, None);
         for (point, force) in position.points.iter().zip(&solution.forces) {
@@ -332,8 +332,8 @@ impl LoadedMesh {
             {
                 let line_load = force / slice_width;
                 let materials = &self.options.materials;
-                let here = hertz::line_pressure(line_load, radius * lengthened, materials);
-                pressure = Some(here.max(pressure.unwrap_or(0.0)));
+                let peak = hertz::line_pressure(line_load, radius * helix_factor, materials);
+                pressure = Some(peak.max(pressure.unwrap_or(0.0)));
             }
         }
         cycle.shares.push(shares);
@@ -342,8 +342,8 @@ impl LoadedMesh {
     }
 
     fn warnings(&self, cycles: &[LoadedCycle]) -> Vec<Diagnostic> {
-        let outside = self.compliance.outside_range().into_iter();
-        let mut warnings: Vec<Diagnostic> = outside
+        let messages = self.compliance.outside_range().into_iter();
+        let mut warnings: Vec<Diagnostic> = messages
             .map(|message| Diagnostic {
                 code: "stiffness-range",
                 message,
@@ -361,14 +361,14 @@ impl LoadedMesh {
         warnings
     }
 
-    /// Statement of the least line load F_t/b, with the tangential force at the reference circle, where c′ of ISO 6336-1 does not hold for it.
+    /// Message on the smallest line load F_t/b, F_t at the reference circle, below the range of c′ of ISO 6336-1.
     pub fn below_iso_load(&self, torques: &[f64]) -> Option<String> {
         let line_load = |torque: &f64| torque / self.reference_radius / self.width;
-        let least = torques.iter().map(line_load).fold(f64::INFINITY, f64::min);
-        (least < LEAST_LINE_LOAD).then(|| {
+        let lowest = torques.iter().map(line_load).fold(f64::INFINITY, f64::min);
+        (lowest < LEAST_LINE_LOAD).then(|| {
             format!(
                 "line load of {:.3} N/mm is below 100 N/mm, where c′ of ISO 6336-1 falls with the load",
-                1e-3 * least
+                1e-3 * lowest
             )
         })
     }
@@ -383,28 +383,28 @@ pub fn check_modifications(
     modifications: &[FlankModification; 2],
 ) -> Result<(), Error> {
     let ends = ContactPath::new(pair).flank_ends;
-    let mut each = modifications.iter().zip(ends).zip(MEMBERS);
-    each.try_for_each(|((modification, ends), name)| {
-        let checked = modification.check(ends, pair.members[0].gear.module);
-        checked.map_err(|error| error.in_part(name))
+    let mut gears = modifications.iter().zip(ends).zip(MEMBERS);
+    gears.try_for_each(|((modification, ends), name)| {
+        let result = modification.check(ends, pair.members[0].gear.module);
+        result.map_err(|error| error.in_part(name))
     })
 }
 
-/// Refuses faces of more axial pitches than slices resolve.
+/// Checks the overlap ratio against the resolution of the slices.
 fn check_overlap(pair: &Pair) -> Result<(), Error> {
     let overlap = pair.contact_ratios().overlap;
-    if overlap <= LARGEST_OVERLAP {
+    if overlap <= MAX_OVERLAP {
         return Ok(());
     }
     let width = pair.members[0].face_width.min(pair.members[1].face_width);
     let message = format!(
-        "the face is {overlap:.1} axial pitches wide; a loaded mesh takes at most {LARGEST_OVERLAP}"
+        "the face is {overlap:.1} axial pitches wide; a loaded mesh takes at most {MAX_OVERLAP}"
     );
-    let most = Bound::AtMost(1e3 * width * LARGEST_OVERLAP / overlap).text(3);
+    let max_width = Bound::AtMost(1e3 * width * MAX_OVERLAP / overlap).text(3);
     let narrower = usize::from(pair.members[1].face_width < pair.members[0].face_width);
     let error = Error::new(Code::OutOfRange, message).about("face_width");
     Err(error.in_part(MEMBERS[narrower]).with_hint(format!(
-        "give face_width = \"{most} mm\" or less and the share of the torque it carries"
+        "give face_width = \"{max_width} mm\" or less and the share of the torque it carries"
     )))
 }
 

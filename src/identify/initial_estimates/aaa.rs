@@ -5,9 +5,9 @@
 //! come in pairs with conjugate weights, whose real and imaginary parts are the unknowns. Poles are zeros of the denominator,
 //! which is itself a sum of poles and residues.
 
+use super::elimination::vstack;
 use super::partial_fractions;
 use super::problem::{CommonPoleFit, CommonPoleOptions, CommonPoleProblem};
-use super::qr_elimination::vstack;
 use crate::base::error::Error;
 use crate::identify::transfer::function::{DirectTerms, TransferFunction};
 use crate::numeric::{Complex, Matrix, least_squares};

@@ -5,9 +5,9 @@
 //! `s`: Brubeck, Nakatsukasa & Trefethen, SIAM Rev. 63 (2021), pp. 405–415; d keeps its recurrence, and its roots are
 //! eigenvalues of the recurrence's matrix less a rank-one term, so that no power of s is ever formed.
 
+use super::elimination;
 use super::partial_fractions;
 use super::problem::{CommonPoleFit, CommonPoleOptions, CommonPoleProblem};
-use super::qr_elimination;
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix, eigen, least_squares};
 
@@ -42,7 +42,7 @@ pub fn levy(
         let (basis, recurrence) = orthogonal(&problem, &damper, (order + 2).min(2 * lines));
         let part = |count: usize| Matrix::from_fn(2 * lines, count, |i, j| basis[(i, j)]);
         let shared = part(order + 1);
-        let common = qr_elimination::common_rows(&problem, &part(own.min(basis.ncols())), &shared);
+        let common = elimination::common_rows(&problem, &part(own.min(basis.ncols())), &shared)?;
         let (denominator, _) = least_squares::smallest_singular(&common)?;
         poles = roots(&recurrence, &denominator)?;
         let values = &shared * Matrix::from_fn(order + 1, 1, |i, _| denominator[i]);

@@ -6,7 +6,7 @@ pub mod problem;
 
 mod partial_fractions;
 
-mod qr_elimination;
+mod elimination;
 
 pub mod levy;
 

@@ -4,9 +4,9 @@
 //! Gustavsen, IEEE Trans. Power Delivery 21 (2006), pp. 1587–1592, eqs. (7)–(9); each response reduced alone: Deschrijver et
 //! al. (2008), see `reduction`.
 
+use super::elimination;
 use super::partial_fractions::{self, PolynomialColumns};
 use super::problem::{CommonPoleFit, CommonPoleOptions, CommonPoleProblem};
-use super::qr_elimination;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix, eigen, least_squares};
@@ -26,8 +26,9 @@ const INITIAL_DAMPING: f64 = 0.01;
 /// Below this share of the band's largest σ the constant of σ is taken as 1 instead (Gustavsen 2006, §V, with another number).
 const MIN_SIGMA_CONSTANT: f64 = 1e-8;
 
-/// Largest relative pole shift that counts as converged: some digits above rounding of 40 poles.
-const CONVERGENCE_TOLERANCE: f64 = 1e-13;
+/// Largest relative pole shift that counts as converged: some digits above rounding of 40 poles. What is left is less by the rate of
+/// convergence.
+const CONVERGENCE_TOLERANCE: f64 = 1e-12;
 
 /// Common poles of responses over lines, Hz, weighed by 1/σ; without weights each response counts by its own size.
 ///
@@ -105,7 +106,7 @@ fn relocate_poles(problem: &CommonPoleProblem, poles: &[Complex]) -> Result<Vec<
     );
     let n = shared.ncols() - 1;
     let lines = problem.omega.len();
-    let common = qr_elimination::common_rows(problem, &numerator, &shared);
+    let common = elimination::common_rows(problem, &numerator, &shared)?;
     // Σ_k Re σ(iω_k) = K forbids σ = 0, and weighs like all responses together.
     let mut relaxed = Matrix::zeros(1, n + 1);
     for j in 0..=n {
@@ -113,7 +114,7 @@ fn relocate_poles(problem: &CommonPoleProblem, poles: &[Complex]) -> Result<Vec<
     }
     let weight = data_size(problem);
     (0..=n).for_each(|j| relaxed[(0, j)] *= weight);
-    let all = qr_elimination::vstack(&common, &[relaxed]);
+    let all = elimination::vstack(&common, &[relaxed]);
     let last = all.nrows() - 1;
     let right = Matrix::from_fn(last + 1, 1, |i, _| if i == last { weight } else { 0.0 });
     let found = least_squares::solve(&all, &right)?;

@@ -116,7 +116,7 @@ pub enum DelayModel {
 pub struct RationalOptions {
     /// Lines used, Hz; all where `None`.
     pub band_hz: Option<(f64, f64)>,
-    /// Most pole pairs.
+    /// Most pole pairs of responses that depart from the model by more than their noise.
     pub max_poles: usize,
     /// So many pole pairs, instead of as many as are significant.
     pub order: Option<usize>,
@@ -226,7 +226,7 @@ pub struct FitEffort {
     pub steps: usize,
     /// Estimates of the variance.
     pub rounds: usize,
-    /// Operations of the growth, about.
+    /// Operations of the growth, about, without those by sub-bands.
     pub work: f64,
     /// Wall time, s.
     pub seconds: f64,

@@ -70,9 +70,10 @@ const STEPS_BEFORE_VARIANCE: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-3,
 };
 
-/// Operations of growth, about, after which noise alone is taken not to explain the responses: several times what ten modes in ten
-/// thousand lines of six responses take.
-const MAX_WORK: f64 = 2e10;
+/// Operations of the joint selection, about, after which noise alone is taken not to explain the responses: several times what 25 poles
+/// in 16 000 lines of four responses take. The search under departures counts no more than the second number of them.
+const MAX_WORK: f64 = 1e11;
+const MAX_COUNTED_WORK: f64 = 2e10;
 
 /// Most poles of a fit by noise alone, and one more for so many lines. Structures have fewer; what departs from the model asks for more
 /// without end.
@@ -128,6 +129,7 @@ pub(super) fn search(
         return result;
     }
     evidence.clear();
+    effort.work = effort.work.min(MAX_COUNTED_WORK);
     let search = model_error_search(lines, &noise, rules, options);
     let departing = search.run(&start, &mut evidence, &mut effort);
     let mut result = fit_with_model_error(&search, departing);
@@ -167,7 +169,7 @@ fn stepwise_options(
 ) -> StepwiseOptions {
     let by_noise = MAX_BY_NOISE.0 + lines.x.len() / MAX_BY_NOISE.1;
     StepwiseOptions {
-        max_poles: max_determined_poles(lines, options.max_poles.min(by_noise)),
+        max_poles: max_determined_poles(lines, by_noise),
         fixed_pole_count: options.order,
         add_poles,
         unstable: options.allow_unstable,

@@ -1,9 +1,9 @@
-//! Geometric errors on their lines of action: `e_b = −gain · waveform(φ + phase)`.
+//! Geometric errors along the line of action: `e_b = −gain · waveform(φ + phase)`.
 //!
-//! A gear off its axis by ε is a vector that turns with it: along the normal n of a flank it is worth `ε (n_x cos φ + n_y sin φ)`, of
-//! a spur gear ε along the line of action, `2ε/cos α` from crest to trough on the pitch circle. An arc of the pitch circle is worth
-//! its lever over the radius, `cos α cos β`. Axes of a joint at an angle β turn unevenly by `Σ tan²ᵏ(β/2)/k · sin 2kφ`, of which two
-//! terms are kept (Duditza, Kardangelenkgetriebe und ihre Anwendungen, 1973, for the series).
+//! An eccentricity ε is a rotating vector: its component along the flank normal n is `ε (n_x cos φ + n_y sin φ)`, for
+//! a spur gear ε along the line of action, `2ε/cos α` peak to peak on the pitch circle. An arc of the pitch circle has the factor
+//! lever over radius, `cos α cos β`. A universal joint at an angle β has the rotation error `Σ tan²ᵏ(β/2)/k · sin 2kφ`; the first two
+//! terms are used (Duditza, Kardangelenkgetriebe und ihre Anwendungen, 1973, for the series).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -19,48 +19,48 @@ use crate::machine::mesh_cycle;
 use crate::scene::laws::Waveform;
 use crate::scene::model::{self, Belt, BranchEnd, ErrorCause, ErrorDefinition, Model};
 
-/// Puts a declared error where it acts.
+/// Adds a declared geometric error to the branches of its element.
 ///
 /// # Errors
-/// Nothing there could have such an error; a length where no module gives the machine its size; a pitch table that does not go
-/// with the teeth.
+/// An element without such an error; a length without a module to define the scale; a pitch table of a length other than the tooth
+/// number.
 pub fn add(
     builder: &mut MachineBuilder,
     model: &Model,
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
 ) -> Result<(), Error> {
-    let error = match part.cause {
-        ErrorCause::Misalignment => coupling_error(builder, model, part)?,
-        ErrorCause::BeltJoint => belt(builder, model, part)?,
-        ErrorCause::Lead => screw(builder, model, part)?,
-        _ => gear(builder, part)?,
+    let error = match spec.cause {
+        ErrorCause::Misalignment => coupling_error(builder, model, spec)?,
+        ErrorCause::BeltJoint => belt(builder, model, spec)?,
+        ErrorCause::Lead => screw(builder, model, spec)?,
+        _ => gear(builder, spec)?,
     };
     builder.machine.errors.push(error);
     Ok(())
 }
 
-/// Puts the transmission error of flanks that a gear file describes on their lines of action, by the cycles of their meshes.
+/// Adds the transmission error of flanks from gear files along the line of action, with the period of the mesh cycle.
 pub fn add_mesh_flanks(builder: &mut MachineBuilder) {
     let machine = &mut builder.machine;
     for (branch, flanks) in &builder.mesh_flanks {
         let Some(cycle) = mesh_cycle::cycles(machine, *branch).into_iter().next() else {
             continue;
         };
-        let carries = FlankTransfer {
+        let loaded = FlankTransfer {
             gain: if flanks.is_coast { -1.0 } else { 1.0 },
             phase: flanks.phase,
         };
-        // A branch without a coast direction of its own goes by its first flank.
-        let part = &machine.branches[*branch];
-        let one_law = part.backlash == 0.0 || part.coast.is_none();
-        let other = FlankTransfer {
-            gain: if one_law { carries.gain } else { 0.0 },
-            ..carries
+        // A branch without a separate coast direction has the transfer of the drive flank.
+        let contact = &machine.branches[*branch];
+        let is_common = contact.backlash == 0.0 || contact.coast.is_none();
+        let opposite = FlankTransfer {
+            gain: if is_common { loaded.gain } else { 0.0 },
+            ..loaded
         };
         let name = machine.branch_name(*branch);
         machine.errors.push(GeometricError {
             location: name.clone(),
-            span: machine.elements[part.element].span.clone(),
+            span: machine.elements[contact.element].span.clone(),
             element: name,
             cause: ErrorCause::Profile,
             rotation_dof: cycle.turning,
@@ -69,8 +69,8 @@ pub fn add_mesh_flanks(builder: &mut MachineBuilder) {
             acts: vec![ErrorAction {
                 branch: *branch,
                 flanks: match flanks.is_coast {
-                    false => [carries, other],
-                    true => [other, carries],
+                    false => [loaded, opposite],
+                    true => [opposite, loaded],
                 },
             }],
             waveform: flanks.unloaded_te.clone(),
@@ -82,43 +82,43 @@ pub fn add_mesh_flanks(builder: &mut MachineBuilder) {
     }
 }
 
-fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<GeometricError, Error> {
+fn gear(builder: &MachineBuilder, spec: &model::DeclaredError) -> Result<GeometricError, Error> {
     let machine = &builder.machine;
-    let standing = machine
+    let fixed_member = machine
         .members
         .iter()
-        .find(|m| m.is_fixed && m.name == part.on.text);
-    let (turning, gears) = match standing {
+        .find(|m| m.is_fixed && m.name == spec.on.text);
+    let (turning, gears) = match fixed_member {
         Some(member) => (member.gear.rotation_dof, vec![&member.gear]),
         None => {
-            let turning = builder.theta(&part.on)?;
-            (turning, gears(machine, part, turning)?)
+            let turning = builder.theta(&spec.on)?;
+            (turning, gears(machine, spec, turning)?)
         }
     };
     let first = gears[0];
     let teeth = first.teeth.unwrap_or(1);
-    let alike = gears.iter().all(|g| g.teeth == Some(teeth));
-    if part.cause == ErrorCause::Axial && machine.elements[first.element].kind != "worm_pair" {
+    let is_uniform = gears.iter().all(|g| g.teeth == Some(teeth));
+    if spec.cause == ErrorCause::Axial && machine.elements[first.element].kind != "worm_pair" {
         let message = format!(
             "`{}` is no worm, and cause = \"axial\" is of worms",
-            part.on.text
+            spec.on.text
         );
         return Err(Error::new(Code::Conflict, message)
-            .with_span(&part.on.span)
+            .with_span(&spec.on.span)
             .with_hint("give what it does to the line of action as cause = \"form\""));
     }
-    let counts = part.cause.is_pitch() || matches!(part.size, ErrorDefinition::Mesh(_));
-    if counts && !alike {
+    let needs_teeth = spec.cause.is_pitch() || matches!(spec.size, ErrorDefinition::Mesh(_));
+    if needs_teeth && !is_uniform {
         let message = format!(
             "`{}` carries gears of different tooth numbers",
-            part.on.text
+            spec.on.text
         );
         return Err(Error::new(Code::Conflict, message)
-            .with_span(&part.on.span)
+            .with_span(&spec.on.span)
             .with_hint("state with `mesh` the pair to which the error belongs"));
     }
-    let graded = match part.size {
-        ErrorDefinition::Grade { grade, phase } => Some(graded(part, first, grade, phase)?),
+    let grade = match spec.size {
+        ErrorDefinition::Grade { grade, phase } => Some(from_grade(spec, first, grade, phase)?),
         _ => None,
     };
     let mut acts = Vec::new();
@@ -126,14 +126,14 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
     for gear in &gears {
         for (&branch, seat) in gear.branches.iter().zip(&gear.seats) {
             if !seat.has_module {
-                return Err(unsized_pair(machine, part, gear));
+                return Err(unsized_pair(machine, spec, gear));
             }
             let mut flanks = [
-                flank_transfer(part.cause, seat, 0, zero),
-                flank_transfer(part.cause, seat, 1, zero),
+                flank_transfer(spec.cause, seat, 0, zero),
+                flank_transfer(spec.cause, seat, 1, zero),
             ];
-            // The planets run through what stands in the sense of the carrier.
-            if standing.is_some() {
+            // Planets pass a fixed member in the sense of the carrier rotation.
+            if fixed_member.is_some() {
                 flanks
                     .iter_mut()
                     .for_each(|flank| flank.phase = -flank.phase);
@@ -141,56 +141,56 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
             acts.push(ErrorAction { branch, flanks });
         }
     }
-    let on = match &part.mesh {
-        Some(mesh) => format!("{} in {}", part.on.text, mesh.text),
-        None => part.on.text.clone(),
+    let location = match &spec.mesh {
+        Some(mesh) => format!("{} in {}", spec.on.text, mesh.text),
+        None => spec.on.text.clone(),
     };
-    let waveform = match &graded {
+    let waveform = match &grade {
         Some((waveform, _)) => waveform.clone(),
-        None => shape(part, teeth)?,
+        None => shape(spec, teeth)?,
     };
     Ok(GeometricError {
-        location: on,
-        element: part.on.text.clone(),
-        span: part.on.span.clone(),
-        cause: part.cause,
+        location,
+        element: spec.on.text.clone(),
+        span: spec.on.span.clone(),
+        cause: spec.cause,
         rotation_dof: turning,
         carrier: first.carrier,
         periods_per_rev: (1, 1),
         acts,
         waveform,
         averaged: None,
-        phase_known: part.phase_known,
-        tolerance: part.tolerance,
-        assumed: graded.map(|g| g.1),
+        phase_known: spec.phase_known,
+        tolerance: spec.tolerance,
+        assumed: grade.map(|g| g.1),
     })
 }
 
-/// The toothed gears on a node, or those of the pair that is named.
+/// Toothed gears on a node, limited to the named pair if any.
 fn gears<'a>(
     machine: &'a Machine,
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
     turning: usize,
 ) -> Result<Vec<&'a Gear>, Error> {
     let planets = machine.members.iter().filter(|member| !member.is_fixed);
-    let of_node = (machine.gears.iter())
+    let on_node = (machine.gears.iter())
         .chain(planets.map(|member| &member.gear))
         .filter(|g| g.rotation_dof == turning && g.teeth.is_some());
     let named = |element: usize| {
-        (part.mesh.as_ref()).is_none_or(|name| machine.elements[element].name == name.text)
+        (spec.mesh.as_ref()).is_none_or(|name| machine.elements[element].name == name.text)
     };
-    let gears: Vec<&Gear> = of_node.filter(|g| named(g.element)).collect();
+    let gears: Vec<&Gear> = on_node.filter(|g| named(g.element)).collect();
     if !gears.is_empty() {
         return Ok(gears);
     }
-    let (message, place) = match &part.mesh {
+    let (message, place) = match &spec.mesh {
         Some(mesh) => (
-            format!("`{}` has no teeth in `{}`", part.on.text, mesh.text),
+            format!("`{}` has no teeth in `{}`", spec.on.text, mesh.text),
             &mesh.span,
         ),
         None => (
-            format!("`{}` carries no toothed gear", part.on.text),
-            &part.on.span,
+            format!("`{}` carries no toothed gear", spec.on.text),
+            &spec.on.span,
         ),
     };
     let hint = "an error is declared on the node of a gear, and `mesh` names one of its pairs; of a coupling (cause = \"misalignment\") or a belt (\"belt-joint\") on that element";
@@ -199,14 +199,14 @@ fn gears<'a>(
         .with_hint(hint))
 }
 
-fn unsized_pair(machine: &Machine, part: &model::DeclaredError, gear: &Gear) -> Error {
+fn unsized_pair(machine: &Machine, spec: &model::DeclaredError, gear: &Gear) -> Error {
     let name = &machine.elements[gear.element].name;
     let message = format!(
         "`{name}` has no module, so a length on `{}` is no angle",
-        part.on.text
+        spec.on.text
     );
     Error::new(Code::MissingKey, message)
-        .with_span(&part.on.span)
+        .with_span(&spec.on.span)
         .with_hint(format!("give `{name}` its `module`"))
 }
 
@@ -239,30 +239,30 @@ fn flank_transfer(
     }
 }
 
-/// The error over one turn.
-fn shape(part: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
-    let orders = |terms: &[(u32, f64, f64)], each: u32| Waveform::Fourier {
+/// Waveform of the error over one revolution.
+fn shape(spec: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
+    let orders = |terms: &[(u32, f64, f64)], factor: u32| Waveform::Fourier {
         mean: 0.0,
         terms: terms
             .iter()
-            .map(|&(n, a, phase)| (n * each, a, phase))
+            .map(|&(n, a, phase)| (n * factor, a, phase))
             .collect(),
     };
-    Ok(match &part.size {
+    Ok(match &spec.size {
         ErrorDefinition::Orders(terms) => orders(terms, 1),
         ErrorDefinition::Mesh(terms) => orders(terms, teeth),
-        ErrorDefinition::Table(values) if part.cause.is_pitch() => {
+        ErrorDefinition::Table(values) if spec.cause.is_pitch() => {
             if values.len() != teeth as usize {
                 let message = format!(
                     "{} pitches are given, and `{}` has {teeth} teeth",
                     values.len(),
-                    part.on.text
+                    spec.on.text
                 );
                 return Err(Error::new(Code::OutOfRange, message)
-                    .with_span(&part.on.span)
+                    .with_span(&spec.on.span)
                     .with_hint("a pitch table has one value a tooth"));
             }
-            Waveform::Table(match part.cause {
+            Waveform::Table(match spec.cause {
                 ErrorCause::SinglePitch => cumulative_sum(values),
                 _ => values.clone(),
             })
@@ -279,7 +279,7 @@ fn shape(part: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
                 1,
             )
         }
-        // A grade says something of gears alone, and is taken before.
+        // Only gears have a grade; `gear` handles it.
         ErrorDefinition::Grade { .. } => orders(&[], 1),
         &ErrorDefinition::Joint {
             amplitude, phase, ..
@@ -287,29 +287,29 @@ fn shape(part: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
     })
 }
 
-/// Amplitude allowed by a grade, and its assumption: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh,
-/// where two pairs of teeth share the load, pitches that differ from each other by chance within ± f_pt.
-fn graded(
-    part: &model::DeclaredError,
+/// Waveform of the tolerance of a grade, with its assumption: F_r/2 as eccentricity, F_p/2 once per revolution, f_fα/4 at the mesh,
+/// where two tooth pairs share the load, random single pitch deviations within ± f_pt.
+fn from_grade(
+    spec: &model::DeclaredError,
     gear: &Gear,
     grade: u32,
     phase: f64,
 ) -> Result<(Waveform, String), Error> {
-    let refuse = |message: String| {
+    let out_of_range = |message: String| {
         let hint = "state an `amplitude`, and in a comment where it comes from";
         Error::new(Code::OutOfRange, message)
-            .with_span(&part.on.span)
+            .with_span(&spec.on.span)
             .with_hint(hint)
     };
     let name = Edition::Y1995.name();
     let teeth = gear.teeth.unwrap_or(1);
     let Some([module, radius]) = gear.seats.first().and_then(|seat| seat.cylindrical) else {
-        return Err(refuse(format!(
+        return Err(out_of_range(format!(
             "{name} is of cylindrical gears, and `{}` is none",
-            part.on.text
+            spec.on.text
         )));
     };
-    let (quantity, symbol, share, word, order) = match part.cause {
+    let (quantity, symbol, share, word, order) = match spec.cause {
         ErrorCause::Eccentricity => (GearDeviation::Runout, "F_r", 0.5, "half", 1),
         ErrorCause::CumulativePitch => (GearDeviation::CumulativePitch, "F_p", 0.5, "half", 1),
         ErrorCause::SinglePitch => (GearDeviation::SinglePitch, "f_pt", 1.0, "", 1),
@@ -327,20 +327,20 @@ fn graded(
     let limit = Edition::Y1995
         .unrounded_tolerance(quantity, &size, grade)
         .ok_or_else(|| {
-            refuse(format!(
+            out_of_range(format!(
                 "{name} has no {symbol} for a gear of {teeth} teeth and module {} mm",
                 1e3 * module
             ))
         })?;
-    if part.cause == ErrorCause::SinglePitch {
-        let how = format!(
+    if spec.cause == ErrorCause::SinglePitch {
+        let assumption = format!(
             "{name} grade {grade}: pitches by chance within ± f_pt, {:.1} µm, added up to orders 1 to {RANDOM_PITCH_ORDERS}",
             1e6 * limit
         );
-        return Ok((random_pitch_errors(limit, teeth, phase), how));
+        return Ok((random_pitch_errors(limit, teeth, phase), assumption));
     }
     let amplitude = share * limit;
-    let how = format!(
+    let assumption = format!(
         "{name} grade {grade}: {word} of {symbol}, {:.1} µm",
         1e6 * amplitude
     );
@@ -348,23 +348,23 @@ fn graded(
         mean: 0.0,
         terms: vec![(order, amplitude, phase)],
     };
-    Ok((waveform, how))
+    Ok((waveform, assumption))
 }
 
-/// Highest order per turn of random pitch deviations.
+/// Highest order per revolution of random pitch deviations.
 const RANDOM_PITCH_ORDERS: u32 = 10;
 
-/// Pitches that are independent of each other and even within ± `limit`, of variance `limit²/3`: each order of theirs has the rms amplitude
-/// `2 limit/√(3z)`, and added up from tooth to tooth the n-th is `1/(2 sin(πn/z))` of that. Phases are spread, `−π n(n−1)/N` (Schroeder, IEEE
+/// Independent pitch deviations, uniform within ± `limit`, of variance `limit²/3`: each order has the rms amplitude
+/// `2 limit/√(3z)`; cumulative deviations have the factor `1/(2 sin(πn/z))` at order n. Phases are `−π n(n−1)/N` (Schroeder, IEEE
 /// Trans. Inf. Theory 16 (1970) 85).
 fn random_pitch_errors(limit: f64, teeth: u32, phase: f64) -> Waveform {
     let z = f64::from(teeth);
     let last = RANDOM_PITCH_ORDERS.min((teeth / 2).max(1));
     let term = |n: u32| {
         let single = 2.0 * limit / (3.0 * z).sqrt();
-        let spread = -PI * f64::from(n * (n - 1)) / f64::from(last);
-        let added = single / (2.0 * (PI * f64::from(n) / z).sin());
-        (n, added, f64::from(n) * phase + spread)
+        let phase_shift = -PI * f64::from(n * (n - 1)) / f64::from(last);
+        let cumulative = single / (2.0 * (PI * f64::from(n) / z).sin());
+        (n, cumulative, f64::from(n) * phase + phase_shift)
     };
     Waveform::Fourier {
         mean: 0.0,
@@ -372,7 +372,7 @@ fn random_pitch_errors(limit: f64, teeth: u32, phase: f64) -> Waveform {
     }
 }
 
-/// Cumulative deviations of single ones, whose mean is the size of the pitch and no error: the last is zero.
+/// Cumulative pitch deviations from single ones less their mean; the last is zero.
 fn cumulative_sum(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let mut sum = 0.0;
@@ -385,132 +385,132 @@ fn cumulative_sum(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A misaligned coupling.
+/// Misalignment error of a coupling.
 fn coupling_error(
     builder: &MachineBuilder,
     model: &Model,
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
 ) -> Result<GeometricError, Error> {
-    let missing = || no_element(part, "coupling", "misalignment");
+    let missing = || no_element(spec, "coupling", "misalignment");
     let coupling = (model.couplings.iter())
-        .find(|c| c.name.text == part.on.text)
+        .find(|c| c.name.text == spec.on.text)
         .ok_or_else(missing)?;
     let turning = coupling.between.iter().find_map(|end| match end {
         BranchEnd::Node(node) => Some(builder.theta(node)),
         BranchEnd::Ground => None,
     });
-    let branch = first_branch(&builder.machine, &part.on.text).ok_or_else(missing)?;
-    // δ = θ₂ − θ₁ − e, and end 2 leads by e: the gain turns the surplus round.
+    let branch = first_branch(&builder.machine, &spec.on.text).ok_or_else(missing)?;
+    // δ = θ₂ − θ₁ − e, where end 2 leads by e: hence the gain −1.
     Ok(single_branch_error(
-        part,
+        spec,
         turning.ok_or_else(missing)??,
         (1, 1),
         branch,
         -1.0,
-        shape(part, 1)?,
+        shape(spec, 1)?,
     ))
 }
 
-/// The joint of a belt.
+/// Error of a belt joint, one period per belt revolution.
 fn belt(
     builder: &MachineBuilder,
     model: &Model,
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
 ) -> Result<GeometricError, Error> {
-    let missing = || no_element(part, "belt", "belt-joint");
-    let found: &Belt = (model.belts.iter())
-        .find(|b| b.name.text == part.on.text)
+    let missing = || no_element(spec, "belt", "belt-joint");
+    let element: &Belt = (model.belts.iter())
+        .find(|b| b.name.text == spec.on.text)
         .ok_or_else(missing)?;
-    let branch = first_branch(&builder.machine, &part.on.text).ok_or_else(missing)?;
-    let turning = builder.theta(&found.between[0])?;
-    let ErrorDefinition::Joint { length, .. } = part.size else {
+    let branch = first_branch(&builder.machine, &spec.on.text).ok_or_else(missing)?;
+    let turning = builder.theta(&element.between[0])?;
+    let ErrorDefinition::Joint { length, .. } = spec.size else {
         return Err(missing());
     };
-    let around = TAU * found.radii[0];
-    if length < around {
-        let message = format!("a belt {length} m long does not go round its pulley of {around} m");
-        return Err(Error::new(Code::OutOfRange, message).with_span(&part.on.span));
+    let circle = TAU * element.radii[0];
+    if length < circle {
+        let message = format!("a belt {length} m long does not go round its pulley of {circle} m");
+        return Err(Error::new(Code::OutOfRange, message).with_span(&spec.on.span));
     }
-    let pace = (nanometres(around), nanometres(length));
+    let periods_per_rev = (nanometres(circle), nanometres(length));
     Ok(single_branch_error(
-        part,
+        spec,
         turning,
-        pace,
+        periods_per_rev,
         branch,
         1.0,
-        shape(part, 1)?,
+        shape(spec, 1)?,
     ))
 }
 
-/// Lead error of a screw; a table over its travel is run through there and back, so that no step occurs at the ends.
+/// Lead error of a screw; a table over its travel is mirrored to a continuous periodic waveform.
 fn screw(
     builder: &MachineBuilder,
     model: &Model,
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
 ) -> Result<GeometricError, Error> {
-    let missing = || no_element(part, "screw", "lead");
-    let found = (model.screws.iter())
-        .find(|screw| screw.name.text == part.on.text)
+    let missing = || no_element(spec, "screw", "lead");
+    let element = (model.screws.iter())
+        .find(|screw| screw.name.text == spec.on.text)
         .ok_or_else(missing)?;
-    let branch = first_branch(&builder.machine, &part.on.text).ok_or_else(missing)?;
-    let turning = builder.theta(&found.between[0])?;
-    let pace = match part.size {
-        ErrorDefinition::Travel { travel, .. } => (found.lead as i64, nanometres(2.0 * travel)),
+    let branch = first_branch(&builder.machine, &spec.on.text).ok_or_else(missing)?;
+    let turning = builder.theta(&element.between[0])?;
+    let periods_per_rev = match spec.size {
+        ErrorDefinition::Travel { travel, .. } => (element.lead as i64, nanometres(2.0 * travel)),
         _ => (1, 1),
     };
     Ok(single_branch_error(
-        part,
+        spec,
         turning,
-        pace,
+        periods_per_rev,
         branch,
         1.0,
-        shape(part, 1)?,
+        shape(spec, 1)?,
     ))
 }
 
-/// A table over a travel, and back again without its ends.
+/// Values of a table followed by their reverse without the end values.
 fn mirrored(values: &[f64]) -> Vec<f64> {
     let back = values.iter().skip(1).rev().skip(1);
     values.iter().chain(back).copied().collect()
 }
 
-/// The nearest whole number of nanometres, one at least.
+/// Length in whole nanometres, at least 1.
 fn nanometres(length: f64) -> i64 {
     ((1e9 * length).round() as i64).max(1)
 }
 
-/// An error that acts in one branch alone.
+/// Geometric error that acts in a single branch.
 fn single_branch_error(
-    part: &model::DeclaredError,
+    spec: &model::DeclaredError,
     turning: usize,
-    pace: (i64, i64),
+    periods_per_rev: (i64, i64),
     branch: usize,
     gain: f64,
     waveform: Waveform,
 ) -> GeometricError {
     let flanks = [FlankTransfer { gain, phase: 0.0 }; 2];
     GeometricError {
-        location: part.on.text.clone(),
-        element: part.on.text.clone(),
-        span: part.on.span.clone(),
-        cause: part.cause,
+        location: spec.on.text.clone(),
+        element: spec.on.text.clone(),
+        span: spec.on.span.clone(),
+        cause: spec.cause,
         rotation_dof: turning,
         carrier: None,
-        periods_per_rev: pace,
+        periods_per_rev,
         acts: vec![ErrorAction { branch, flanks }],
         waveform,
         averaged: None,
-        phase_known: part.phase_known,
-        tolerance: part.tolerance,
+        phase_known: spec.phase_known,
+        tolerance: spec.tolerance,
         assumed: None,
     }
 }
 
-/// Reports an error declared on an element of another kind.
-fn no_element(part: &model::DeclaredError, kind: &str, cause: &str) -> Error {
-    let message = format!("there is no {kind} `{}`", part.on.text);
+/// Error message for a cause declared on an element of another kind.
+fn no_element(spec: &model::DeclaredError, kind: &str, cause: &str) -> Error {
+    let message = format!("there is no {kind} `{}`", spec.on.text);
     Error::new(Code::UnknownNode, message)
-        .with_span(&part.on.span)
+        .with_span(&spec.on.span)
         .with_hint(format!(
             "cause = \"{cause}\" is declared on a [[{kind}]] by its name"
         ))
@@ -518,7 +518,7 @@ fn no_element(part: &model::DeclaredError, kind: &str, cause: &str) -> Error {
 
 /// The first branch of an element.
 fn first_branch(machine: &Machine, name: &str) -> Option<usize> {
-    let of =
+    let is_of_element =
         |branch: &crate::machine::components::Branch| machine.elements[branch.element].name == name;
-    machine.branches.iter().position(of)
+    machine.branches.iter().position(is_of_element)
 }

@@ -1,6 +1,6 @@
 //! Periodic orbits `P(y) = y` by shooting, with saltation matrices at switches.
 //!
-//! P′ is the product of the fundamental solutions of the legs and, where the force jumps at a switch, of the saltation matrices
+//! P′ is the product of the fundamental solutions of the segments and, where the force jumps at a switch, of the saltation matrices
 //! `I + (f⁺ − f⁻) ∇h/ḣ` (Aizerman and Gantmakher 1958; Leine and Nijmeijer 2004, eq. 7.69).
 
 use crate::base::code::Code;
@@ -10,7 +10,7 @@ use crate::motion::methods::periodic::run::{PeriodicRun, RunSegment};
 use crate::numeric::sorting::sort_falling;
 use crate::numeric::{Complex, Matrix, eigen, small_dense};
 
-/// A periodic motion with its Floquet multipliers.
+/// Periodic orbit with its Floquet multipliers.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     /// State of the orbit at t = 0.
@@ -19,156 +19,156 @@ pub struct PeriodicOrbit {
     pub periods: u64,
     /// Duration of the orbit, s.
     pub duration: f64,
-    /// Eigenvalues of P′, by falling size.
+    /// Floquet multipliers: eigenvalues of P′, by decreasing modulus.
     pub multipliers: Vec<Complex>,
-    /// Switches on the way.
+    /// Number of switches in the orbit.
     pub events: u64,
-    /// `|P(y) − y|` in units of the states' size, the largest.
+    /// Maximum norm of `P(y) − y`, in the scale units of the states.
     pub residual: f64,
 }
 
-/// P and P′ at a state.
+/// Poincaré map P and its Jacobian P′ at a state.
 #[derive(Debug, Clone)]
 pub struct ReturnMap {
-    /// P, in units of the states' size.
+    /// Image P of the state, in its scale units.
     pub end: Vec<f64>,
-    /// P′, row by row, in those units.
+    /// Jacobian P′ by rows, in the scale units.
     pub jacobian: Vec<f64>,
-    /// Those units.
+    /// Scale unit of each state.
     pub units: Vec<f64>,
     /// Duration of the map, s.
     pub duration: f64,
-    /// Switches on the way.
+    /// Number of switches in the map.
     pub events: u64,
 }
 
-/// Newton's method has come far enough where the state moves by less than this share of its size.
+/// Convergence tolerance of Newton's method: norm of the step relative to the norm of the state.
 const NEWTON_TOLERANCE: f64 = 1e-13;
 
 const MAX_ITERATIONS: usize = 40;
 
-/// Steps are allowed while a period ends this much beyond the best so far.
+/// Maximum ratio of the residuals after and before a Newton step; beyond it the step is halved.
 const MAX_RESIDUAL_GROWTH: f64 = 2.0;
 
-/// Finds a periodic orbit of a number of periods by Newton shooting from an estimate of its start.
+/// Finds a periodic orbit of a number of periods by Newton shooting from an initial estimate.
 ///
 /// # Errors
-/// What the periodic method refuses; `NoConvergence` where there is none near, or a whole family of them, as of machines that turn freely.
+/// Models outside the periodic method; `NoConvergence` without an isolated orbit near the estimate, as for machines that rotate freely.
 pub fn find_orbit(
     model: &DynamicModel,
-    near: &[f64],
+    estimate: &[f64],
     periods: u64,
 ) -> Result<PeriodicOrbit, Error> {
-    let mut start = near.to_vec();
-    let mut before = f64::INFINITY;
-    let mut step = vec![0.0; near.len()];
+    let mut start = estimate.to_vec();
+    let mut previous = f64::INFINITY;
+    let mut step = vec![0.0; estimate.len()];
     for _ in 0..MAX_ITERATIONS {
-        let there = return_map(model, &start, periods)?;
-        let apart = there.residual(&start);
-        let size = max_norm(&apart);
-        let scale = max_norm(&there.end).max(f64::MIN_POSITIVE);
-        if size > MAX_RESIDUAL_GROWTH * before {
-            // Newton's step has overshot a switch: half of it.
+        let map = return_map(model, &start, periods)?;
+        let difference = map.residual(&start);
+        let residual = max_norm(&difference);
+        let scale = max_norm(&map.end).max(f64::MIN_POSITIVE);
+        if residual > MAX_RESIDUAL_GROWTH * previous {
+            // The Newton step overshoots a switch: halve it.
             step.iter_mut().for_each(|s| *s *= 0.5);
             start.iter_mut().zip(&step).for_each(|(y, s)| *y -= s);
             continue;
         }
-        before = size;
-        let mut moved = apart;
-        small_dense::solve(&mut there.minus_identity(), &mut moved);
-        if !moved.iter().all(|x| x.is_finite()) {
+        previous = residual;
+        let mut correction = difference;
+        small_dense::solve(&mut map.minus_identity(), &mut correction);
+        if !correction.iter().all(|x| x.is_finite()) {
             break;
         }
-        if max_norm(&moved) <= NEWTON_TOLERANCE * scale {
-            return there.into_periodic_orbit(start, periods, size);
+        if max_norm(&correction) <= NEWTON_TOLERANCE * scale {
+            return map.into_periodic_orbit(start, periods, residual);
         }
         for (i, s) in step.iter_mut().enumerate() {
-            *s = -moved[i] * there.units[i];
+            *s = -correction[i] * map.units[i];
             start[i] += *s;
         }
     }
     let message = format!(
-        "no orbit of {periods} periods was found near the given state; the last one missed itself by {before:.1e} of its size"
+        "no orbit of {periods} periods was found near the given state; the last one missed itself by {previous:.1e} of its size"
     );
     Err(Error::new(Code::NoConvergence, message)
         .with_hint("start from a motion that has settled, or hold a machine that turns freely"))
 }
 
-/// The Poincaré map P and its Jacobian P′.
+/// Integrates the Poincaré map P and its Jacobian P′.
 ///
 /// # Errors
-/// What the periodic method refuses.
+/// Models outside the periodic method.
 pub fn return_map(model: &DynamicModel, start: &[f64], periods: u64) -> Result<ReturnMap, Error> {
-    let mut walk = PeriodicRun::new(model, 0.0, start)?;
+    let mut run = PeriodicRun::new(model, 0.0, start)?;
     let n = start.len();
-    let mut slope: Vec<f64> = (0..n * n).map(|at| f64::from(at / n == at % n)).collect();
-    let duration = walk.cache.grid.elapsed(periods);
-    let mut end = walk.cache.grid.instant(0.0);
+    let mut jacobian: Vec<f64> = (0..n * n).map(|at| f64::from(at / n == at % n)).collect();
+    let duration = run.cache.grid.elapsed(periods);
+    let mut end = run.cache.grid.instant(0.0);
     end.periods = periods;
     loop {
-        let segment = walk.next_segment(end);
-        walk.propagate(&mut slope, segment.to);
-        if segment.limit.is_none() && segment.to >= walk.position_of(end) {
+        let segment = run.next_segment(end);
+        run.propagate(&mut jacobian, segment.to);
+        if segment.limit.is_none() && segment.to >= run.position_of(end) {
             let mut y = vec![0.0; n];
-            walk.value(segment.to, &mut y);
-            let units = walk.cache.scale.units.clone();
+            run.value(segment.to, &mut y);
+            let units = run.cache.scale.units.clone();
             return Ok(ReturnMap {
                 end: y.iter().zip(&units).map(|(y, unit)| y / unit).collect(),
-                jacobian: slope,
+                jacobian,
                 units,
                 duration,
-                events: walk.stats.events,
+                events: run.stats.events,
             });
         }
         if segment.limit.is_some() && segment.rate != 0.0 {
-            apply_saltation(&mut walk, segment, &mut slope);
+            apply_saltation(&mut run, segment, &mut jacobian);
         }
-        walk.advance(segment)?;
+        run.advance(segment)?;
     }
 }
 
-/// Multiplies by the saltation matrix of the switch that ends a leg.
-fn apply_saltation(walk: &mut PeriodicRun, segment: RunSegment, slope: &mut [f64]) {
+/// Multiplies the Jacobian by the saltation matrix of the switch that ends a segment.
+fn apply_saltation(run: &mut PeriodicRun, segment: RunSegment, jacobian: &mut [f64]) {
     let Some(limit) = segment.limit else { return };
-    let model = walk.cache.model;
-    let (n, all) = (
+    let model = run.cache.model;
+    let (n, n_states) = (
         model.coordinate_count(),
         model.coordinate_count() * 2 + model.internal_count(),
     );
-    let mut y = vec![0.0; all];
-    walk.value(segment.to, &mut y);
-    let t = walk.cache.from + walk.elapsed(segment.to);
-    let mut regime = walk.whole_regime();
-    let (mut before, mut beyond) = (vec![0.0; all], vec![0.0; all]);
+    let mut y = vec![0.0; n_states];
+    run.value(segment.to, &mut y);
+    let t = run.cache.from + run.elapsed(segment.to);
+    let mut regime = run.whole_regime();
+    let (mut before, mut after) = (vec![0.0; n_states], vec![0.0; n_states]);
     model.derivative_in(Some(&regime), t, &y, &mut before);
     let ElementState::Contact(_, piece) = regime.states[limit.branch] else {
         return;
     };
     regime.states[limit.branch] = ElementState::Contact(limit.next, piece);
-    model.derivative_in(Some(&regime), t, &y, &mut beyond);
-    let units = &walk.cache.scale.units;
+    model.derivative_in(Some(&regime), t, &y, &mut after);
+    let units = &run.cache.scale.units;
     let branch = &model.elements[limit.branch];
     let factor = branch.factor(t, &y[..n], piece).0;
-    let [plain, more] = limit.value;
-    let along = plain.deflection + factor * more.deflection;
-    let rate = plain.rate + factor * more.rate;
-    let mut normal = vec![0.0; all];
+    let [constant, varying] = limit.value;
+    let deflection = constant.deflection + factor * varying.deflection;
+    let rate = constant.rate + factor * varying.rate;
+    let mut gradient = vec![0.0; n_states];
     for (i, w) in branch.direction.entries() {
-        normal[i] = along * w * units[i];
-        normal[n + i] = rate * w * units[n + i];
+        gradient[i] = deflection * w * units[i];
+        gradient[n + i] = rate * w * units[n + i];
     }
-    let mut seen = vec![0.0; all];
-    for (row, &h) in slope.chunks_exact(all).zip(&normal) {
-        seen.iter_mut().zip(row).for_each(|(s, x)| *s += h * x);
+    let mut dh = vec![0.0; n_states];
+    for (row, &h) in jacobian.chunks_exact(n_states).zip(&gradient) {
+        dh.iter_mut().zip(row).for_each(|(s, x)| *s += h * x);
     }
-    for (i, row) in slope.chunks_exact_mut(all).enumerate() {
-        let jump = (beyond[i] - before[i]) / units[i] / segment.rate;
-        row.iter_mut().zip(&seen).for_each(|(x, s)| *x += jump * s);
+    for (i, row) in jacobian.chunks_exact_mut(n_states).enumerate() {
+        let jump = (after[i] - before[i]) / units[i] / segment.rate;
+        row.iter_mut().zip(&dh).for_each(|(x, s)| *x += jump * s);
     }
 }
 
 impl ReturnMap {
-    /// P − y, in units.
+    /// Residual `P(y) − y` in the scale units.
     pub fn residual(&self, start: &[f64]) -> Vec<f64> {
         let start = start.iter().zip(&self.units).map(|(y, unit)| y / unit);
         self.end
@@ -178,17 +178,17 @@ impl ReturnMap {
             .collect()
     }
 
-    /// P′ − I.
+    /// Matrix `P′ − I` of Newton's method, by rows.
     pub fn minus_identity(&self) -> Vec<f64> {
         let n = self.end.len();
         let entry = |(at, x): (usize, &f64)| x - f64::from(at / n == at % n);
         self.jacobian.iter().enumerate().map(entry).collect()
     }
 
-    /// The periodic orbit at a converged start, with the Floquet multipliers of P′; convergence is the caller's.
+    /// The periodic orbit at a converged start, with the Floquet multipliers of P′. The caller checks convergence.
     ///
     /// # Errors
-    /// `NoConvergence` where the multipliers are not found.
+    /// `NoConvergence` of the eigenvalues.
     pub fn into_periodic_orbit(
         self,
         start: Vec<f64>,
@@ -196,8 +196,8 @@ impl ReturnMap {
         residual: f64,
     ) -> Result<PeriodicOrbit, Error> {
         let n = self.end.len();
-        let slope = Matrix::from_fn(n, n, |i, j| self.jacobian[i * n + j]);
-        let mut multipliers = eigen::eigenvalues(&slope)?;
+        let jacobian = Matrix::from_fn(n, n, |i, j| self.jacobian[i * n + j]);
+        let mut multipliers = eigen::eigenvalues(&jacobian)?;
         sort_falling(&mut multipliers, |a| a.norm());
         Ok(PeriodicOrbit {
             start,
@@ -212,5 +212,5 @@ impl ReturnMap {
 
 /// Largest absolute component.
 pub fn max_norm(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| most.max(x.abs()))
+    x.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }

@@ -1,9 +1,8 @@
-//! Adapter of the crate ode_solvers: RK4, DOPRI5 and DOP853.
+//! Adapter of the crate ode_solvers: explicit Runge–Kutta methods RK4, DOPRI5 and DOP853.
 //!
-//! Two of its faults are gone round. Its Dormand–Prince method of order 8 has wrong nodes for explicit time, so time is
-//! one more state. Its dense output is wrong at the last point, so only its steps are used. By a tolerance it is started anew at
-//! every sample and every known break, and arrives there exactly; a fixed step is what was asked for whatever the samples are, and
-//! these are read off between its steps.
+//! The adapter avoids two defects. The Dormand–Prince method of order 8 has wrong nodes for explicit time: time is a state. The
+//! dense output is wrong at the last point: only the steps are used. An adaptive method restarts at every sample and discontinuity
+//! and ends there exactly; a fixed step is independent of the samples, which are interpolated.
 
 use std::cell::Cell;
 
@@ -25,20 +24,20 @@ use crate::motion::progress::{
 };
 use crate::motion::stepper::{StepSizeRule, Stepper, equal_step};
 
-use super::dop853::Dop853 as Inside;
+use super::dop853::Dop853 as Dop8Step;
 
-/// Which of them.
+/// Explicit Runge–Kutta method of the adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExplicitMethod {
-    /// Runge and Kutta's of order 4, fixed steps.
+    /// Classical Runge–Kutta method of order 4, fixed step.
     Rk4,
-    /// Dormand and Prince's of order 5.
+    /// Dormand–Prince method of order 5.
     Dopri5,
-    /// Dormand and Prince's of order 8.
+    /// Dormand–Prince method of order 8.
     Dop853,
 }
 
-/// A machine by Runge and Kutta's method.
+/// Integrates a dynamic model by the classical Runge–Kutta method.
 ///
 /// # Errors
 /// Those of [`run`].
@@ -50,7 +49,7 @@ pub fn rk4(
     machine(ExplicitMethod::Rk4, model, options, sink)
 }
 
-/// A machine by Dormand and Prince's method of order 5.
+/// Integrates a dynamic model by the Dormand–Prince method of order 5.
 ///
 /// # Errors
 /// Those of [`run`].
@@ -62,7 +61,7 @@ pub fn dopri5(
     machine(ExplicitMethod::Dopri5, model, options, sink)
 }
 
-/// A machine by Dormand and Prince's method of order 8.
+/// Integrates a dynamic model by the Dormand–Prince method of order 8.
 ///
 /// # Errors
 /// Those of [`run`].
@@ -81,11 +80,11 @@ fn machine(
     sink: &mut SampleSink,
 ) -> Result<IntegrationStats, Error> {
     check_options(options, model.len())?;
-    let soon = 1e-2 * (options.to - options.from) / options.samples.max(1) as f64;
+    let horizon = 1e-2 * (options.to - options.from) / options.samples.max(1) as f64;
     let sizes = ErrorScale::for_model(model, options).sizes(
         &options.initial_state,
         &options.initial_state,
-        soon,
+        horizon,
     );
     let sizes = sizes
         .into_iter()
@@ -104,22 +103,22 @@ fn machine(
     })
 }
 
-/// Growth of a state over its first size that only a step beyond the limit of stability makes: the package takes it as it comes.
+/// Growth of a state over its initial scale that proves an unstable step; the crate does not detect it.
 const DIVERGENCE_LIMIT: f64 = 1e30;
 
-/// Most steps of one call of the package.
+/// Maximum number of steps per call of the crate.
 const STEPS_PER_CALL: u32 = 5_000;
 
-/// Part of an interval between two breaks, with time as one more state.
+/// Scaled problem between two discontinuities, with time as an additional state.
 struct TimedProblem<'a, P> {
     problem: &'a P,
-    /// Both breaks, s.
+    /// Both discontinuities, s.
     interval: [f64; 2],
-    /// Start of the part, s.
+    /// Start of the sub-interval, s.
     from: f64,
-    /// The size of every state: tolerances are relative to it.
+    /// Scale of every state, to which tolerances are relative.
     sizes: &'a [f64],
-    /// Something was not finite.
+    /// A derivative was not finite.
     failed: &'a Cell<bool>,
 }
 
@@ -143,11 +142,11 @@ impl<P: OdeProblem> System<f64, DVector<f64>> for TimedProblem<'_, P> {
     }
 }
 
-/// Integrates a problem.
+/// Integrates an initial value problem.
 ///
 /// # Errors
-/// `NoConvergence` where steps shrink to nothing or the problem is too stiff, `Overflow` where a state is not finite,
-/// `BudgetExceeded` beyond the budget, and what cannot be asked.
+/// `NoConvergence` for step size underflow or stiffness, `Overflow` for a state that is not finite,
+/// `BudgetExceeded` beyond the budget, and invalid options.
 pub fn run<P: OdeProblem>(
     method: ExplicitMethod,
     problem: &P,
@@ -195,29 +194,29 @@ fn from_sizes<P: OdeProblem>(
     samples.emit_until(t, &mut y, None, |_, _| ())?;
     while samples.due().is_some() && t < options.to {
         let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
-        let between = [t, stop];
+        let discontinuities = [t, stop];
         while let Some(due) = samples.due().filter(|_| t < stop) {
             let end = match options.step_size {
                 StepSize::Adaptive(_) => due.min(stop),
                 StepSize::Fixed(_) => stop,
             };
-            let part = SubInterval {
+            let sub_interval = SubInterval {
                 problem,
                 options,
-                between,
+                discontinuities,
                 from: (t, &y),
                 end,
             };
-            let steps = part.advance(method, &mut sizes, &mut stats)?;
-            let grown = |(now, first): (&f64, &f64)| now / first > DIVERGENCE_LIMIT;
+            let steps = sub_interval.advance(method, &mut sizes, &mut stats)?;
+            let diverged = |(now, first): (&f64, &f64)| now / first > DIVERGENCE_LIMIT;
             if matches!(options.step_size, StepSize::Fixed(_))
-                && sizes.iter().zip(&first).any(grown)
+                && sizes.iter().zip(&first).any(diverged)
             {
                 return Err(out_of_range(t, end));
             }
             stats.evaluations += emit_samples(problem, options, &steps, &mut samples)?;
-            if let Some((reached, state)) = steps.into_iter().next_back() {
-                (t, y) = (reached, state);
+            if let Some((end_time, state)) = steps.into_iter().next_back() {
+                (t, y) = (end_time, state);
             }
             check_budget(options, &stats, t)?;
         }
@@ -234,39 +233,39 @@ fn out_of_range(from: f64, to: f64) -> Error {
     Error::new(Code::Overflow, message).with_hint("the step is too long for the stiffness: take a shorter one, a tolerance, or a method for stiff machines")
 }
 
-/// Sizes before anything has moved: what a state is, at least a thousandth of the largest; from rest, a billionth of what the
-/// slope would soon make.
+/// Initial scales of the states: their magnitudes, at least a thousandth of the largest; from rest, a billionth of the
+/// increment by the derivative over one sample.
 fn first_sizes<P: OdeProblem>(problem: &P, options: &IntegrationOptions) -> Vec<f64> {
     let mut slope = vec![0.0; problem.len()];
     problem.derivative(options.from, &options.initial_state, &mut slope);
-    let soon = (options.to - options.from) / options.samples.max(1) as f64;
+    let sample = (options.to - options.from) / options.samples.max(1) as f64;
     let largest = |x: &[f64]| x.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let least = match (largest(&options.initial_state), soon * largest(&slope)) {
+    let smallest = match (largest(&options.initial_state), sample * largest(&slope)) {
         (state, _) if state > 0.0 => 1e-3 * state,
-        (_, rise) if rise > 0.0 && rise.is_finite() => 1e-9 * rise,
+        (_, increment) if increment > 0.0 && increment.is_finite() => 1e-9 * increment,
         _ => 1e-9,
     };
     options
         .initial_state
         .iter()
-        .map(|x| x.abs().max(least))
+        .map(|x| x.abs().max(smallest))
         .collect()
 }
 
-/// A part of the interval between two breaks.
+/// Sub-interval between two discontinuities.
 struct SubInterval<'a, P> {
     problem: &'a P,
     options: &'a IntegrationOptions,
-    /// Both breaks, s.
-    between: [f64; 2],
-    /// Start of the part, s, and the state there.
+    /// Both discontinuities, s.
+    discontinuities: [f64; 2],
+    /// Start of the sub-interval, s, and its state.
     from: (f64, &'a [f64]),
-    /// End of the part, s.
+    /// End of the sub-interval, s.
     end: f64,
 }
 
 impl<P: OdeProblem> SubInterval<'_, P> {
-    /// Goes as far as one call of the package leads, the ends of all steps with their states, its own beginning first.
+    /// Advances by one call of the crate; returns the start and the ends of all steps, s, with their states.
     fn advance(
         &self,
         method: ExplicitMethod,
@@ -276,10 +275,10 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         let n = sizes.len();
         let failed = Cell::new(false);
         let (from, y) = self.from;
-        let left = self.end - from;
+        let length = self.end - from;
         let system = TimedProblem {
             problem: self.problem,
-            interval: self.between,
+            interval: self.discontinuities,
             from,
             sizes,
             failed: &failed,
@@ -287,27 +286,27 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         let mut start: Vec<f64> = (0..n).map(|i| y[i] / sizes[i]).collect();
         start.push(0.0);
         let start = DVector::from_vec(start);
-        // With a fixed step no error is too large.
+        // A fixed step accepts any error.
         let (tolerance, first, longest) = match self.options.step_size {
-            StepSize::Adaptive(tolerance) => (tolerance, 0.0, left),
+            StepSize::Adaptive(tolerance) => (tolerance, 0.0, length),
             StepSize::Fixed(h) => {
-                let h = equal_step(left, h);
+                let h = equal_step(length, h);
                 (1e100, h, h)
             }
         };
-        let many = f64::from(STEPS_PER_CALL) * longest;
-        let left = if method == ExplicitMethod::Rk4 && many < left {
-            many
+        let call_length = f64::from(STEPS_PER_CALL) * longest;
+        let length = if method == ExplicitMethod::Rk4 && call_length < length {
+            call_length
         } else {
-            left
+            length
         };
         macro_rules! controlled {
             ($solver:ident, $grow:expr, $shrink:expr) => {{
                 let mut solver = $solver::from_param(
                     system,
                     0.0,
-                    left,
-                    left,
+                    length,
+                    length,
                     start,
                     tolerance,
                     tolerance,
@@ -335,8 +334,8 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         }
         let (outcome, times, states) = match method {
             ExplicitMethod::Rk4 => {
-                // It takes whole steps until it is past the end.
-                let mut solver = Rk4::new(system, 0.0, start, left - 0.5 * longest, longest);
+                // The solver takes full steps until the end is passed.
+                let mut solver = Rk4::new(system, 0.0, start, length - 0.5 * longest, longest);
                 let outcome = solver.integrate();
                 let states = solver.y_out().iter().map(|x| x.as_slice().to_vec());
                 (outcome, solver.x_out().clone(), states.collect())
@@ -347,24 +346,24 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         if failed.get() {
             return Err(out_of_range(from, self.end));
         }
-        // Equal steps are counted: their sum in the package gathers rounding.
-        let since = |(k, x): (usize, &f64)| match method {
+        // Equal steps are counted: their sum in the crate accumulates rounding.
+        let elapsed = |(k, x): (usize, &f64)| match method {
             ExplicitMethod::Rk4 => k as f64 * longest,
             _ => *x,
         };
-        let instants = times.iter().enumerate().map(since);
+        let instants = times.iter().enumerate().map(elapsed);
         let instants = instants.map(|x| (from + x).min(self.end));
-        let whole = states
+        let unscaled = states
             .iter()
             .map(|s| (0..n).map(|i| s[i] * sizes[i]).collect());
-        let mut steps: Vec<(f64, Vec<f64>)> = instants.zip(whole).collect();
+        let mut steps: Vec<(f64, Vec<f64>)> = instants.zip(unscaled).collect();
         for i in 0..n {
             let peak = states.iter().map(|s| s[i].abs()).fold(0.0, f64::max);
             sizes[i] = sizes[i].max(peak * sizes[i]);
         }
         let reached = match (&outcome, method) {
-            (Ok(_), _) if from + left >= self.end => self.end,
-            (_, ExplicitMethod::Rk4) => from + left,
+            (Ok(_), _) if from + length >= self.end => self.end,
+            (_, ExplicitMethod::Rk4) => from + length,
             _ => steps.last().map_or(from, |(t, _)| *t),
         };
         if let Some(last) = steps.last_mut() {
@@ -409,8 +408,8 @@ impl<P: OdeProblem> SubInterval<'_, P> {
     }
 }
 
-/// Hands over the steps taken and the samples due in them. Inside a step the motion is that of one step of order 8 from its
-/// beginning, shifted by what the ends are apart: less than the step's own error. Gives the evaluations that took.
+/// Emits the steps and the samples due in them; returns the number of evaluations. One step of order 8 from the start of each step
+/// interpolates, shifted by the difference of both end states, which is below the local error.
 fn emit_samples<P: OdeProblem>(
     problem: &P,
     options: &IntegrationOptions,
@@ -427,22 +426,22 @@ fn emit_samples<P: OdeProblem>(
             continue;
         }
         let rounding = 4.0 * f64::EPSILON * to.abs();
-        let at_an_end = |t: f64| to - t <= rounding || t - from <= rounding;
-        let mut inside = None;
-        if options.observer.is_set() || samples.due_within(*to).any(|due| !at_an_end(due)) {
-            let mut step = Inside::new(StepSizeRule::Fixed(span), ErrorScale::plain(start.len()));
-            let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
-            let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
-            inside = Some((step, apart.collect::<Vec<f64>>()));
+        let is_end = |t: f64| to - t <= rounding || t - from <= rounding;
+        let mut interpolant = None;
+        if options.observer.is_set() || samples.due_within(*to).any(|due| !is_end(due)) {
+            let mut step = Dop8Step::new(StepSizeRule::Fixed(span), ErrorScale::plain(start.len()));
+            let (_, last) = step.step(problem, (*from, start), *to, &mut cost)?;
+            let shift = end.iter().zip(&last).map(|(end, last)| end - last);
+            interpolant = Some((step, shift.collect::<Vec<f64>>()));
         }
-        let mut at = |t: f64, y: &mut [f64]| match &inside {
+        let mut state_at = |t: f64, y: &mut [f64]| match &interpolant {
             _ if to - t <= rounding => y.copy_from_slice(end),
-            Some((step, apart)) => {
+            Some((step, shift)) => {
                 let theta = (t - from) / span;
                 Stepper::<P>::interpolate(step, theta, y);
                 y.iter_mut()
-                    .zip(apart)
-                    .for_each(|(y, apart)| *y += theta * apart);
+                    .zip(shift)
+                    .for_each(|(y, shift)| *y += theta * shift);
             }
             None => y.copy_from_slice(start),
         };
@@ -451,10 +450,10 @@ fn emit_samples<P: OdeProblem>(
             to: *to,
             time_scale: span,
             regime: None,
-            state: &mut at,
+            state: &mut state_at,
         });
         let mut sample = vec![0.0; start.len()];
-        samples.emit_until(*to, &mut sample, None, at)?;
+        samples.emit_until(*to, &mut sample, None, state_at)?;
     }
     Ok(cost.evaluations)
 }

@@ -1,11 +1,11 @@
-//! Exponential Runge–Kutta method of stiff order 4; the linear part of a regime is exact.
+//! Exponential Runge–Kutta method of stiff order 4, exact for the linear terms of a regime.
 //!
-//! Between two known breaks `M q̈ + C q̇ + K q = N(t, q, q̇)`, K the tangents where it began, C what of the dampers modes of K share. In
-//! these modes each stage is the exact answer to a forcing that is a polynomial of time. Source: Hochbruck and Ostermann, Explicit
-//! exponential Runge–Kutta methods for semilinear parabolic problems, SIAM J. Numer. Anal. 43 (2005), pp. 1069–1090, eq. 5.19: five
-//! stages, of order 4 however stiff the linear part is. The error is estimated by the third stage in place of the fifth, of order 3,
-//! which sees what the state does to the forces, and by the forces a quarter of the step on, next to the polynomial, which
-//! shows what time does to them. Inside a step the last polynomial acts up to any instant.
+//! Between two known discontinuities `M q̈ + C q̇ + K q = N(t, q, q̇)` with the initial tangent stiffness K and the modal damping C
+//! diagonal in the modes of K. In these modes each stage is the exact response to a polynomial forcing. Source: Hochbruck and Ostermann,
+//! Explicit exponential Runge–Kutta methods for semilinear parabolic problems, SIAM J. Numer. Anal. 43 (2005), pp. 1069–1090, eq. 5.19:
+//! five stages, of order 4 independent of the stiffness of the linear terms. Two error estimates are used: the third stage in
+//! place of the fifth, of order 3, for forces that vary with the state, and the residual of the polynomial at a quarter of the step for
+//! forces that vary with time. Dense output is the response to the last polynomial.
 
 use std::f64::consts::TAU;
 
@@ -26,11 +26,11 @@ use crate::numeric::{Matrix, symmetric};
 
 use super::with_events::step_size;
 
-/// Largest step as a share of the shortest excitation period: the stages evaluate the beginning, the middle and the end of a step, and over
-/// whole periods would see no change.
+/// Largest step relative to the shortest excitation period: the stages evaluate the start, the middle and the end of a step, and
+/// aliasing would hide full periods.
 const MAX_PERIOD_SHARE: f64 = 0.25;
 
-/// Why the method cannot take a machine; absent where it can.
+/// Reason against the method for a model; absent if supported.
 pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     if model.internal_count() > 0 {
         let message = "a branch has an inner state (a late torque, a spring and a damper in series), which is no mode";
@@ -43,7 +43,7 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     algebraic::why_inertia_needed(model)
 }
 
-/// A machine by the exponential method.
+/// Integrates a dynamic model by the exponential method.
 ///
 /// # Errors
 /// Those of [`events::run`].
@@ -71,20 +71,20 @@ pub fn exponential(
     events::run(model, options, sink, &mut stepper)
 }
 
-/// `s̈ + d ṡ + ω² s = 0` from `s = 0`, `ṡ = 1`: after an interval ṡ, and s with what it leaves integrated once, twice, thrice.
+/// Impulse response of `s̈ + d ṡ + ω² s = 0` from `s = 0`, `ṡ = 1`: ṡ, s and its first three integrals after an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhiKernel {
-    /// ṡ.
+    /// Rate ṡ.
     pub rate: f64,
-    /// s, ∫s, ∫∫s, ∫∫∫s.
+    /// Integrals s, ∫s, ∫∫s, ∫∫∫s.
     pub integrals: [f64; 4],
 }
 
-/// Terms of the power series, exact to rounding up to ωτ and dτ of one.
+/// Number of terms of the power series, exact to rounding up to ωτ and dτ of one.
 const TERMS: usize = 26;
 
 impl PhiKernel {
-    /// After τ, for ω² of either sign and d.
+    /// Kernel after τ for ω² of either sign and d.
     pub fn new((square, damping): (f64, f64), tau: f64) -> PhiKernel {
         let omega = square.abs().sqrt();
         if square > 0.0 && omega * tau >= 1.0 {
@@ -109,7 +109,7 @@ impl PhiKernel {
         kernel
     }
 
-    /// By its power series: with `cₙ = s⁽ⁿ⁾(0) τⁿ⁻¹` s integrated k times is `Σ cₙ τᵏ⁺¹/(coordinate_count + k)!`.
+    /// Kernel by power series: with `cₙ = s⁽ⁿ⁾(0) τⁿ⁻¹` the k-th integral of s is `Σ cₙ τᵏ⁺¹/(n + k)!`.
     fn series((square, damping): (f64, f64), tau: f64) -> PhiKernel {
         let mut terms = [0.0; TERMS];
         terms[1] = 1.0;
@@ -131,30 +131,30 @@ impl PhiKernel {
         }
     }
 
-    /// Kernel after twice the time: the free response continues, and `(τ + u)^k/k!` goes on forcing.
+    /// Kernel after twice the time: free response plus the response to the forcing `(τ + u)^k/k!`.
     fn double_time(self, (square, damping): (f64, f64), tau: f64) -> PhiKernel {
         let [s, first, second, third] = self.integrals;
-        let place = self.rate + damping * s;
-        let on = |x: f64, v: f64| place * x + s * v;
+        let position = self.rate + damping * s;
+        let continued = |x: f64, v: f64| position * x + s * v;
         PhiKernel {
             rate: self.rate * self.rate - square * s * s,
             integrals: [
-                on(s, self.rate),
-                on(first, s) + first,
-                on(second, first) + second + tau * first,
-                on(third, second) + third + tau * second + 0.5 * tau * tau * first,
+                continued(s, self.rate),
+                continued(first, s) + first,
+                continued(second, first) + second + tau * first,
+                continued(third, second) + third + tau * second + 0.5 * tau * tau * first,
             ],
         }
     }
 }
 
-/// Modes of a regime.
+/// Undamped modes of the tangent stiffness of a regime.
 struct TangentModes {
-    /// Φ, `ΦᵀMΦ = 1`.
+    /// Mode shapes Φ, `ΦᵀMΦ = I`.
     shapes: Matrix,
-    /// ΦᵀM.
-    back: Matrix,
-    /// ω² and d of every mode.
+    /// Modal projection ΦᵀM.
+    projection: Matrix,
+    /// Squared frequency ω², 1/s², and damping d, 1/s, of every mode.
     pairs: Vec<(f64, f64)>,
 }
 
@@ -163,44 +163,44 @@ impl TangentModes {
         let model = frozen.model;
         let n = model.coordinate_count();
         let (mut k, mut c) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-        for (at, b) in model.elements.iter().enumerate() {
-            let sums = matches!(
+        for (element, b) in model.elements.iter().enumerate() {
+            let is_smooth = matches!(
                 b.law,
                 ForceLaw::Linear { .. }
                     | ForceLaw::Contact(_)
                     | ForceLaw::Nonlinear { .. }
                     | ForceLaw::TorqueSpeed(_)
             );
-            if sums && b.force_direction.is_none() {
+            if is_smooth && b.force_direction.is_none() {
                 let (_, stiffness, damping) =
-                    model.element_force(at, Some(frozen.regime), t, y, 0.0);
+                    model.element_force(element, Some(frozen.regime), t, y, 0.0);
                 add_outer_product(&mut k, &b.direction, &b.direction, stiffness);
                 add_outer_product(&mut c, &b.direction, &b.direction, damping);
             }
         }
         let mass = model.mass.matrix();
-        let found = symmetric::generalised_symmetric_eigen(&k, &mass)?;
-        let back = found.vectors.transpose() * &mass;
-        let shared = found.vectors.transpose() * &c * &found.vectors;
-        let pairs = found.values.iter().enumerate();
+        let modes = symmetric::generalised_symmetric_eigen(&k, &mass)?;
+        let projection = modes.vectors.transpose() * &mass;
+        let damping_matrix = modes.vectors.transpose() * &c * &modes.vectors;
+        let pairs = modes.values.iter().enumerate();
         Ok(TangentModes {
             pairs: pairs
-                .map(|(r, square)| (*square, shared[(r, r)] + model.mass_damping))
+                .map(|(r, square)| (*square, damping_matrix[(r, r)] + model.mass_damping))
                 .collect(),
-            back,
-            shapes: found.vectors,
+            projection,
+            shapes: modes.vectors,
         })
     }
 
     fn to_modal(matrix: &Matrix, y: &[f64]) -> Vec<f64> {
         let n = matrix.nrows();
-        let part = |from: usize| {
+        let block = |from: usize| {
             move |i: usize| -> f64 { (0..n).map(|j| matrix[(i, j)] * y[from + j]).sum() }
         };
-        (0..n).map(part(0)).chain((0..n).map(part(n))).collect()
+        (0..n).map(block(0)).chain((0..n).map(block(n))).collect()
     }
 
-    /// N at a modal state.
+    /// Modal forcing N at a modal state.
     fn forcing(
         &self,
         problem: &RegimeProblem,
@@ -213,8 +213,8 @@ impl TangentModes {
         problem.derivative(t, &TangentModes::to_modal(&self.shapes, x), &mut slope);
         stats.evaluations += 1;
         let mode = |(r, (square, damping)): (usize, &(f64, f64))| {
-            let pushed: f64 = (0..n).map(|j| self.back[(r, j)] * slope[n + j]).sum();
-            pushed + square * x[r] + damping * x[n + r]
+            let force: f64 = (0..n).map(|j| self.projection[(r, j)] * slope[n + j]).sum();
+            force + square * x[r] + damping * x[n + r]
         };
         self.pairs.iter().enumerate().map(mode).collect()
     }
@@ -224,7 +224,7 @@ impl TangentModes {
         pairs.map(|&pair| PhiKernel::new(pair, tau)).collect()
     }
 
-    /// From `x`, pushed by nothing.
+    /// Free response from the modal state x.
     fn homogeneous(&self, kernels: &[PhiKernel], x: &[f64]) -> Vec<f64> {
         let n = self.pairs.len();
         let mut out = vec![0.0; 2 * n];
@@ -237,7 +237,7 @@ impl TangentModes {
     }
 }
 
-/// `x += a h φ_k(cA) w`, the kernels those after c = `tau`.
+/// Adds the forced response, `x += a h φ_k(cA) w`, with the kernels after c = `tau`.
 fn add_forcing(x: &mut [f64], kernels: &[PhiKernel], (k, tau): (usize, f64), a: f64, w: &[f64]) {
     let n = kernels.len();
     let factor = a / tau.powi(k as i32 - 1);
@@ -249,20 +249,20 @@ fn add_forcing(x: &mut [f64], kernels: &[PhiKernel], (k, tau): (usize, f64), a: 
 
 fn sum(terms: &[(f64, &[f64])]) -> Vec<f64> {
     let length = terms.first().map_or(0, |t| t.1.len());
-    let at = |i: usize| terms.iter().map(|(a, x)| a * x[i]).sum();
-    (0..length).map(at).collect()
+    let entry = |i: usize| terms.iter().map(|(a, x)| a * x[i]).sum();
+    (0..length).map(entry).collect()
 }
 
-/// A step: the kernels over it, where it ends, what it may be wrong by, and its forcing as a polynomial of time over its length.
+/// Exponential step: its kernels, end state, error estimate and polynomial forcing.
 struct ExponentialStep {
-    whole: Vec<PhiKernel>,
+    kernels: Vec<PhiKernel>,
     end: Vec<f64>,
     error: Vec<f64>,
     forcing: [Vec<f64>; 3],
 }
 
 impl TangentModes {
-    /// A step of length h from a modal state, with N there.
+    /// Exponential step of size h, s, from a modal state with the forcing `first`.
     fn step(
         &self,
         problem: &RegimeProblem,
@@ -273,69 +273,69 @@ impl TangentModes {
         stats: &mut IntegrationStats,
     ) -> ExponentialStep {
         let half = 0.5 * h;
-        let (whole, halves) = (self.kernels(h), self.kernels(half));
-        let mut at = |c: f64, state: &[f64]| self.forcing(problem, clock(t + c * h), state, stats);
+        let (full, halves) = (self.kernels(h), self.kernels(half));
+        let mut n = |c: f64, state: &[f64]| self.forcing(problem, clock(t + c * h), state, stats);
         // h φ_k over half a step is twice half of it.
-        let (to_half, to_end) = (self.homogeneous(&halves, x), self.homogeneous(&whole, x));
-        let mut two = to_half.clone();
-        add_forcing(&mut two, &halves, (1, half), 1.0, first);
-        let second = at(0.5, &two);
-        let mut three = two;
+        let (to_half, to_end) = (self.homogeneous(&halves, x), self.homogeneous(&full, x));
+        let mut stage2 = to_half.clone();
+        add_forcing(&mut stage2, &halves, (1, half), 1.0, first);
+        let second = n(0.5, &stage2);
+        let mut stage3 = stage2;
         add_forcing(
-            &mut three,
+            &mut stage3,
             &halves,
             (2, half),
             2.0,
             &sum(&[(1.0, &second), (-1.0, first)]),
         );
-        let third = at(0.5, &three);
-        let both = sum(&[(1.0, &second), (1.0, &third)]);
-        let mut four = to_end.clone();
-        add_forcing(&mut four, &whole, (1, h), 1.0, first);
+        let third = n(0.5, &stage3);
+        let pair_sum = sum(&[(1.0, &second), (1.0, &third)]);
+        let mut stage4 = to_end.clone();
+        add_forcing(&mut stage4, &full, (1, h), 1.0, first);
         add_forcing(
-            &mut four,
-            &whole,
+            &mut stage4,
+            &full,
             (2, h),
             1.0,
-            &sum(&[(1.0, &both), (-2.0, first)]),
+            &sum(&[(1.0, &pair_sum), (-2.0, first)]),
         );
-        let fourth = at(1.0, &four);
+        let fourth = n(1.0, &stage4);
         // a₅₂ = ½ φ₂(½) − φ₃ + ¼ φ₂ − ½ φ₃(½), of w₂ + w₃ − w₁ − w₄; next to it ½ φ₁(½) w₁ + ¼ φ₂(½) (w₄ − w₁).
-        let mixed = sum(&[(1.0, &both), (-1.0, first), (-1.0, &fourth)]);
-        let mut five = to_half;
-        add_forcing(&mut five, &halves, (1, half), 1.0, first);
+        let mixed = sum(&[(1.0, &pair_sum), (-1.0, first), (-1.0, &fourth)]);
+        let mut stage5 = to_half;
+        add_forcing(&mut stage5, &halves, (1, half), 1.0, first);
         add_forcing(
-            &mut five,
+            &mut stage5,
             &halves,
             (2, half),
             0.5,
             &sum(&[(1.0, &fourth), (-1.0, first)]),
         );
-        add_forcing(&mut five, &halves, (2, half), 1.0, &mixed);
-        add_forcing(&mut five, &halves, (3, half), -1.0, &mixed);
-        add_forcing(&mut five, &whole, (2, h), 0.25, &mixed);
-        add_forcing(&mut five, &whole, (3, h), -1.0, &mixed);
-        let fifth = at(0.5, &five);
+        add_forcing(&mut stage5, &halves, (2, half), 1.0, &mixed);
+        add_forcing(&mut stage5, &halves, (3, half), -1.0, &mixed);
+        add_forcing(&mut stage5, &full, (2, h), 0.25, &mixed);
+        add_forcing(&mut stage5, &full, (3, h), -1.0, &mixed);
+        let fifth = n(0.5, &stage5);
         let slope = sum(&[(-3.0, first), (-1.0, &fourth), (4.0, &fifth)]);
-        let bend = sum(&[(4.0, first), (4.0, &fourth), (-8.0, &fifth)]);
+        let curve = sum(&[(4.0, first), (4.0, &fourth), (-8.0, &fifth)]);
         let mut end = to_end;
-        add_forcing(&mut end, &whole, (1, h), 1.0, first);
-        add_forcing(&mut end, &whole, (2, h), 1.0, &slope);
-        add_forcing(&mut end, &whole, (3, h), 1.0, &bend);
-        let apart = sum(&[(1.0, &fifth), (-1.0, &third)]);
+        add_forcing(&mut end, &full, (1, h), 1.0, first);
+        add_forcing(&mut end, &full, (2, h), 1.0, &slope);
+        add_forcing(&mut end, &full, (3, h), 1.0, &curve);
+        let difference = sum(&[(1.0, &fifth), (-1.0, &third)]);
         let mut error = vec![0.0; x.len()];
-        add_forcing(&mut error, &whole, (2, h), 4.0, &apart);
-        add_forcing(&mut error, &whole, (3, h), -8.0, &apart);
+        add_forcing(&mut error, &full, (2, h), 4.0, &difference);
+        add_forcing(&mut error, &full, (3, h), -8.0, &difference);
         ExponentialStep {
-            whole,
+            kernels: full,
             end,
             error,
-            forcing: [first.to_vec(), slope, bend],
+            forcing: [first.to_vec(), slope, curve],
         }
     }
 
-    /// Error of a step whose forcing is not the parabola through three instants: with r the difference a quarter of the step on, a cubic
-    /// that vanishes at the three has `⅔|r|` for the mean of its size.
+    /// Error estimate of a forcing that is no parabola through three instants: with the residual r at a quarter of the step, a cubic
+    /// that vanishes at these instants has the mean magnitude `⅔|r|`.
     fn step_error(
         &self,
         problem: &RegimeProblem,
@@ -347,58 +347,58 @@ impl TangentModes {
     ) -> Vec<f64> {
         const ERROR_POINT: f64 = 0.25;
         let state = self.dense_state(x, h, &stepped.forcing, ERROR_POINT);
-        let there = self.forcing(problem, clock(t + ERROR_POINT * h), &state, stats);
-        let [first, slope, bend] = &stepped.forcing;
+        let forcing = self.forcing(problem, clock(t + ERROR_POINT * h), &state, stats);
+        let [first, slope, curve] = &stepped.forcing;
         let r = sum(&[
-            (1.0, &there),
+            (1.0, &forcing),
             (-1.0, first),
             (-ERROR_POINT, slope),
-            (-0.5 * ERROR_POINT * ERROR_POINT, bend),
+            (-0.5 * ERROR_POINT * ERROR_POINT, curve),
         ]);
         let mut error = vec![0.0; x.len()];
-        add_forcing(&mut error, &stepped.whole, (1, h), 2.0 / 3.0, &r);
+        add_forcing(&mut error, &stepped.kernels, (1, h), 2.0 / 3.0, &r);
         error
     }
 
-    /// The modal state at a share of a step from x, under its forcing.
+    /// Dense output: modal state at a fraction θ of a step from x.
     fn dense_state(&self, x: &[f64], h: f64, forcing: &[Vec<f64>; 3], theta: f64) -> Vec<f64> {
         let tau = theta * h;
         let kernels = self.kernels(tau);
         let mut state = self.homogeneous(&kernels, x);
         for (k, w) in forcing.iter().enumerate() {
-            // t^k/(h^k k!) pushes over θ h.
+            // The forcing t^k/(h^k k!) acts over θ h.
             add_forcing(&mut state, &kernels, (k + 1, tau), theta.powi(k as i32), w);
         }
         state
     }
 }
 
-/// The method between two steps.
+/// Exponential Runge–Kutta stepper.
 pub struct ExponentialRk {
     control: StepSizeRule,
     scale: ErrorScale,
-    /// The step to try next, s; zero where none is known.
+    /// Proposed next step, s; zero if unknown.
     next: f64,
-    /// The longest step that follows what drives, s; by its tolerance it takes none that is longer.
+    /// Largest adaptive step, s, limited by the excitation period.
     longest: f64,
-    /// Forces change with time itself, other than along lines.
+    /// Forces depend explicitly and nonlinearly on time.
     timed: bool,
     /// Tangent modes of the present regime; absent after a restart.
     modes: Option<TangentModes>,
     since: f64,
-    /// The last step: its length, its modal start, its forcing.
+    /// Last step: size, s, initial modal state and polynomial forcing.
     last: Option<(f64, Vec<f64>, [Vec<f64>; 3])>,
 }
 
 impl ExponentialRk {
-    /// A first step: a hundredth of the time in which what is not linear would move the state, s.
-    fn first(&self, y: &[f64], forcing: &[f64], left: f64) -> f64 {
-        let sizes = self.scale.sizes(y, y, 1e-3 * left);
-        let pushed: Vec<f64> = forcing.iter().chain(forcing).copied().collect();
-        let sensible = 0.01 * error_norm(y, &sizes) / error_norm(&pushed, &sizes);
-        match sensible > 0.0 && sensible.is_finite() {
-            true => sensible.clamp(1e-8 * left, 1e-2 * left),
-            false => 1e-4 * left,
+    /// Initial step, s: a hundredth of the time scale of the nonlinear forcing.
+    fn first(&self, y: &[f64], forcing: &[f64], remaining: f64) -> f64 {
+        let sizes = self.scale.sizes(y, y, 1e-3 * remaining);
+        let forces: Vec<f64> = forcing.iter().chain(forcing).copied().collect();
+        let step = 0.01 * error_norm(y, &sizes) / error_norm(&forces, &sizes);
+        match step > 0.0 && step.is_finite() {
+            true => step.clamp(1e-8 * remaining, 1e-2 * remaining),
+            false => 1e-4 * remaining,
         }
     }
 }
@@ -426,18 +426,18 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
         let since = self.since;
         let clock = move |t: f64| clamp_time(t, since, end);
         self.scale.update(y);
-        let x = TangentModes::to_modal(&modes.back, y);
+        let x = TangentModes::to_modal(&modes.projection, y);
         let first = modes.forcing(problem, clock(t), &x, stats);
-        let left = end - t;
-        let wanted = match self.control {
-            StepSizeRule::Fixed(h) => equal_step(left, h),
+        let remaining = end - t;
+        let proposed = match self.control {
+            StepSizeRule::Fixed(h) => equal_step(remaining, h),
             StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next.min(self.longest),
-            StepSizeRule::Tolerance(_) => self.first(y, &first, left).min(self.longest),
+            StepSizeRule::Tolerance(_) => self.first(y, &first, remaining).min(self.longest),
         };
-        let mut h = wanted.min(left);
-        let mut refused = false;
+        let mut h = proposed.min(remaining);
+        let mut rejected = false;
         loop {
-            if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
+            if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < remaining {
                 return Err(Error::new(
                     Code::NoConvergence,
                     format!("no step from t = {} keeps the error within the tolerance", format_instant(t)),
@@ -445,38 +445,38 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
                 .with_hint("what is not linear is stiff or jumps there: take radau5, or a coarser tolerance"));
             }
             let stepped = modes.step(problem, clock, (t, &x), h, &first, stats);
-            let reached = TangentModes::to_modal(&modes.shapes, &stepped.end);
+            let y_end = TangentModes::to_modal(&modes.shapes, &stepped.end);
             let error = match self.control {
                 StepSizeRule::Fixed(_) => 0.0,
                 StepSizeRule::Tolerance(tolerance) => {
-                    let sizes = self.scale.sizes(y, &reached, h);
+                    let sizes = self.scale.sizes(y, &y_end, h);
                     let size = |modal: &[f64]| {
                         error_norm(&TangentModes::to_modal(&modes.shapes, modal), &sizes)
                     };
-                    let missed = match self.timed {
+                    let time_error = match self.timed {
                         true => {
                             size(&modes.step_error(problem, clock, (t, &x), h, &stepped, stats))
                         }
                         false => 0.0,
                     };
-                    size(&stepped.error).max(missed) / tolerance
+                    size(&stepped.error).max(time_error) / tolerance
                 }
             };
             let factor = 0.9 * error.powf(-0.25);
             if error <= 1.0 {
-                let u = if h == left { end } else { t + h };
-                let grown = h * factor.clamp(0.3, if refused { 1.0 } else { 4.0 });
-                self.next = match h == left {
-                    true => grown.max(self.next),
-                    false => grown,
+                let u = if h == remaining { end } else { t + h };
+                let next = h * factor.clamp(0.3, if rejected { 1.0 } else { 4.0 });
+                self.next = match h == remaining {
+                    true => next.max(self.next),
+                    false => next,
                 };
-                self.scale.update(&reached);
+                self.scale.update(&y_end);
                 self.last = Some((h, x, stepped.forcing));
                 self.modes = Some(modes);
-                return Ok((u, reached));
+                return Ok((u, y_end));
             }
             stats.rejected += 1;
-            refused = true;
+            rejected = true;
             h *= match error.is_finite() {
                 true => factor.clamp(0.1, 0.9),
                 false => 0.1,

@@ -1,7 +1,7 @@
 //! Decomposition of coupled modal equations by complex eigenpairs of the first-order form.
 //!
-//! States are `(sη, η̇, ẑ)` with s = ω: each squared is an energy, and light damping leaves the vectors nearly at right
-//! angles. Positions of rigid motions act on nothing and are integrals. Roots are polished on the quadratic form.
+//! States are `(sη, η̇, ẑ)` with s = ω: their squares are energies, so that eigenvectors are nearly orthogonal under light
+//! damping. Positions of rigid motions exert no force and are integrals. The quadratic eigenproblem refines the eigenvalues.
 
 use super::dense::DenseSystem;
 use super::equations::ModalEquations;
@@ -12,10 +12,10 @@ use crate::base::error::Error;
 use crate::numeric::quadratic::QuadraticEigenproblem;
 use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
-/// The product of a part's lengths there and back beyond which its digits are not trusted.
+/// Largest eigenvalue condition number (product of the norms of left and right vector) of a separable part.
 const MAX_CONDITION: f64 = 1e4;
 
-/// The parts, or all as one where vectors nearly coincide; `pushes` are ω and the harmonic push on modal states, for the latter.
+/// Modal parts, or one dense part if eigenvectors nearly coincide; `pushes` are ω, rad/s, and the forcing phasors of modal states.
 ///
 /// # Errors
 /// No convergence; numbers out of range.
@@ -24,29 +24,29 @@ pub fn decompose_coupled(
     pushes: &[(f64, Vec<Complex>)],
 ) -> Result<(ModalParts, ModalTransform), Error> {
     let states = StateLayout::new(equations);
-    if let Some(found) = weak_coupling::damped_roots(equations) {
+    if let Some(damped) = weak_coupling::damped_roots(equations) {
         let root = |r: weak_coupling::DampedRoot| ComplexRoot::project(&states, r.value, &r.shape);
-        let roots: Vec<ComplexRoot> = found.into_iter().map(root).collect();
-        if let Some(found) = separate_parts(equations, &states, &roots)? {
-            return Ok(found);
+        let roots: Vec<ComplexRoot> = damped.into_iter().map(root).collect();
+        if let Some(parts) = separate_parts(equations, &states, &roots)? {
+            return Ok(parts);
         }
     }
     let matrix = states.matrix(equations);
     let modes = roots(equations, &states, &matrix)?;
     match separate_parts(equations, &states, &modes)? {
-        Some(found) => Ok(found),
+        Some(parts) => Ok(parts),
         None => single_part(equations, &states, &matrix, pushes),
     }
 }
 
-/// Which modal states take part, and in what units.
+/// Layout and units of the coupled first-order states.
 struct StateLayout {
-    /// Modes with a position that acts, and s.
-    places: Vec<(usize, f64)>,
-    /// Modes with a rate: all but the free ones.
+    /// Modes with a restoring force, and s, 1/s.
+    positions: Vec<(usize, f64)>,
+    /// First mode with a rate: free modes have none.
     first: usize,
     modes: usize,
-    /// Units of the inner states.
+    /// Units of the internal states.
     scales: Vec<f64>,
 }
 
@@ -54,16 +54,16 @@ impl StateLayout {
     fn new(equations: &ModalEquations) -> StateLayout {
         let stiff = |j: usize| {
             let w = equations.omega[j];
-            let beside = equations.stiffness.as_ref().map_or(0.0, |k| {
+            let coupled = equations.stiffness.as_ref().map_or(0.0, |k| {
                 (0..equations.count()).fold(0.0, |m: f64, i| m.max(k[(i, j)].abs()))
             });
-            match w.max(beside.sqrt()) {
+            match w.max(coupled.sqrt()) {
                 0.0 => 1.0,
                 s => s,
             }
         };
         StateLayout {
-            places: (equations.rigid..equations.count())
+            positions: (equations.rigid..equations.count())
                 .map(|j| (j, stiff(j)))
                 .collect(),
             first: equations.free,
@@ -77,68 +77,68 @@ impl StateLayout {
     }
 
     fn len(&self) -> usize {
-        self.places.len() + self.rates() + self.scales.len()
+        self.positions.len() + self.rates() + self.scales.len()
     }
 
     /// Index of the rate of a mode.
     fn rate(&self, mode: usize) -> usize {
-        self.places.len() + mode - self.first
+        self.positions.len() + mode - self.first
     }
 
-    fn inner(&self, at: usize) -> usize {
-        self.places.len() + self.rates() + at
+    fn inner(&self, index: usize) -> usize {
+        self.positions.len() + self.rates() + index
     }
 
     fn matrix(&self, equations: &ModalEquations) -> Matrix {
         let d = equations.damping_matrix();
         let mut a = Matrix::zeros(self.len(), self.len());
-        for (at, &(j, s)) in self.places.iter().enumerate() {
-            a[(at, self.rate(j))] = s;
-            a[(self.rate(j), at)] = -equations.omega[j] * (equations.omega[j] / s);
+        for (index, &(j, s)) in self.positions.iter().enumerate() {
+            a[(index, self.rate(j))] = s;
+            a[(self.rate(j), index)] = -equations.omega[j] * (equations.omega[j] / s);
             if let Some(k) = &equations.stiffness {
-                (self.first..self.modes).for_each(|i| a[(self.rate(i), at)] -= k[(i, j)] / s);
+                (self.first..self.modes).for_each(|i| a[(self.rate(i), index)] -= k[(i, j)] / s);
             }
         }
         for i in self.first..self.modes {
             (self.first..self.modes).for_each(|j| a[(self.rate(i), self.rate(j))] = -d[(i, j)]);
         }
-        for (at, inner) in equations.inner.iter().enumerate() {
-            let own = self.inner(at);
-            a[(own, own)] = -inner.decay;
+        for (index, inner) in equations.inner.iter().enumerate() {
+            let state = self.inner(index);
+            a[(state, state)] = -inner.decay;
             for j in self.first..self.modes {
-                a[(own, self.rate(j))] = inner.velocity_row[j] / inner.scale;
-                a[(self.rate(j), own)] = inner.force_column[j] * inner.scale;
+                a[(state, self.rate(j))] = inner.velocity_row[j] / inner.scale;
+                a[(self.rate(j), state)] = inner.force_column[j] * inner.scale;
             }
         }
         a
     }
 
-    /// Index of every state in a modal state, and its unit there; rigid positions and free modes are alongside.
+    /// Modal state, coupled state and unit of every state except rigid positions and free modes.
     fn modal(&self) -> Vec<(usize, usize, f64)> {
-        let places = self.places.iter().enumerate();
-        let places = places.map(|(at, &(j, s))| (j, at, 1.0 / s));
+        let positions = self.positions.iter().enumerate();
+        let positions = positions.map(|(index, &(j, s))| (j, index, 1.0 / s));
         let rates = (self.first..self.modes).map(|j| (self.modes + j, self.rate(j), 1.0));
         let inner = self.scales.iter().enumerate();
-        let inner = inner.map(|(at, &scale)| (2 * self.modes + at, self.inner(at), scale));
-        places.chain(rates).chain(inner).collect()
+        let inner = inner.map(|(index, &scale)| (2 * self.modes + index, self.inner(index), scale));
+        positions.chain(rates).chain(inner).collect()
     }
 }
 
-/// A root with Im ≥ 0 and its vector over the states.
+/// Eigenvalue with Im λ ≥ 0 and its eigenvector over the states.
 struct ComplexRoot {
     value: Complex,
     vector: Vec<Complex>,
 }
 
 impl ComplexRoot {
-    /// Projects a shape over the modes that are not free.
+    /// Eigenvector over the states from a shape over the modes that are not free.
     fn project(states: &StateLayout, value: Complex, shape: &[Complex]) -> ComplexRoot {
         let rate = |j: usize| shape[j - states.first] * value;
-        let places = states.places.iter();
-        let places = places.map(|&(j, s)| shape[j - states.first] * s);
+        let positions = states.positions.iter();
+        let positions = positions.map(|&(j, s)| shape[j - states.first] * s);
         ComplexRoot {
             value,
-            vector: places
+            vector: positions
                 .chain((states.first..states.modes).map(rate))
                 .collect(),
         }
@@ -153,13 +153,13 @@ fn roots(
     let n = states.len();
     let eigen = eigen::eigen(matrix)?;
     let eigenproblem = equations.inner.is_empty().then(|| quadratic(equations));
-    let mut found: Vec<ComplexRoot> = Vec::new();
+    let mut refined: Vec<ComplexRoot> = Vec::new();
     for k in (0..n).filter(|&k| eigen.values[k].im >= 0.0) {
         let value = eigen.values[k];
         let vector: Vec<Complex> = (0..n).map(|i| eigen.right[(i, k)]).collect();
         let error = f64::EPSILON * eigen.norm * eigen.condition[k];
         let alone = eigen.values.iter().enumerate().all(|(i, other)| {
-            const REPEATED: f64 = 1e-8; // √ε, where the vectors of a pair keep half their digits
+            const REPEATED: f64 = 1e-8; // √ε, the accuracy of the vectors of a close pair
             i == k || (other - value).norm() > REPEATED * value.norm()
         });
         let polished = match &eigenproblem {
@@ -168,23 +168,23 @@ fn roots(
             }
             _ => None,
         };
-        found.push(polished.unwrap_or(ComplexRoot { value, vector }));
+        refined.push(polished.unwrap_or(ComplexRoot { value, vector }));
     }
-    Ok(found)
+    Ok(refined)
 }
 
-/// The modes that are not free, as a quadratic eigenproblem.
+/// Quadratic eigenproblem of the modes that are not free.
 fn quadratic(equations: &ModalEquations) -> QuadraticEigenproblem {
     let first = equations.free;
     let m = equations.count() - first;
     let d = equations.damping_matrix();
     let stiffness = Matrix::from_fn(m, m, |i, j| {
-        let beside = equations
+        let coupled = equations
             .stiffness
             .as_ref()
             .map_or(0.0, |k| k[(first + i, first + j)]);
         let w = equations.omega[first + i];
-        if i == j { w * w + beside } else { beside }
+        if i == j { w * w + coupled } else { coupled }
     });
     QuadraticEigenproblem {
         n_inertial: m,
@@ -194,7 +194,7 @@ fn quadratic(equations: &ModalEquations) -> QuadraticEigenproblem {
     }
 }
 
-/// A root polished, unless that leads to another or off the axis of what it is.
+/// Refined eigenvalue; none if the refinement converges to another one.
 fn refine_root(
     eigenproblem: &QuadraticEigenproblem,
     states: &StateLayout,
@@ -205,7 +205,7 @@ fn refine_root(
         .map(|j| vector[states.rate(j)] / value)
         .collect();
     let root = eigenproblem.polish(value, &start).ok()?;
-    const SEARCH_RADIUS: f64 = 1e3; // of the error the start is known to have
+    const SEARCH_RADIUS: f64 = 1e3; // of the error bound of the start
     const RESIDUAL_TOLERANCE: f64 = 1e-12;
     let near = (root.value - value).norm() <= SEARCH_RADIUS * error;
     if !near || root.residual > RESIDUAL_TOLERANCE || root.value.norm() == 0.0 {
@@ -215,7 +215,7 @@ fn refine_root(
     if value.im == 0.0 {
         polished = Complex::new(polished.re, 0.0);
     } else if polished.re.abs() <= f64::EPSILON * eigenproblem.condition(&root) * polished.norm() {
-        // No damper is certain to see it.
+        // Damping is below its uncertainty.
         polished = Complex::new(0.0, polished.im);
     }
     let mut polished = ComplexRoot::project(states, polished, &root.right);
@@ -234,7 +234,7 @@ fn refine_root(
     Some(polished)
 }
 
-/// Parts of their own, unless vectors nearly coincide.
+/// Separate modal parts; none if eigenvectors nearly coincide.
 fn separate_parts(
     equations: &ModalEquations,
     states: &StateLayout,
@@ -264,79 +264,79 @@ fn separate_parts(
     let Ok(inverse) = symmetric::lu_solve(&vectors, &Matrix::identity(n, n)) else {
         return Ok(None);
     };
-    let mut long = vec![0.0; n];
+    let mut sums = vec![0.0; n];
     for j in 0..n {
         let column = inverse.col_as_slice(j).iter();
-        long.iter_mut()
+        sums.iter_mut()
             .zip(column)
             .for_each(|(sum, x)| *sum += x * x);
     }
-    if !long
+    if !sums
         .iter()
         .all(|&square| square < MAX_CONDITION * MAX_CONDITION)
     {
         return Ok(None);
     }
 
-    // σ: oscillations; then coasts (p, v) or decays; then what rigid positions keep; then free modes.
+    // σ: oscillations; then coasts (p, v) or decays; then constants of rigid positions; then free modes.
     let (rigid, free) = (equations.free..equations.rigid, 0..equations.free);
-    let wide = if rigid.is_empty() { 1 } else { 2 };
-    let kept = 2 * oscillations.len() + wide * slow.len();
-    let total = kept + rigid.len() + 2 * free.len();
+    let width = if rigid.is_empty() { 1 } else { 2 };
+    let constants = 2 * oscillations.len() + width * slow.len();
+    let total = constants + rigid.len() + 2 * free.len();
     let modal = 2 * states.modes + states.scales.len();
-    let own = |k: usize| match k < 2 * oscillations.len() {
+    let state_of = |k: usize| match k < 2 * oscillations.len() {
         true => k,
-        false => 2 * oscillations.len() + wide * (k - 2 * oscillations.len()) + wide - 1,
+        false => 2 * oscillations.len() + width * (k - 2 * oscillations.len()) + width - 1,
     };
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
-    let places = states.modal();
+    let states_by_row = states.modal();
     for k in 0..n {
-        let (vector, column) = (vectors.col_as_slice(k), out.col_as_slice_mut(own(k)));
-        let places = places.iter();
-        places.for_each(|&(row, state, unit)| column[row] = unit * vector[state]);
+        let (vector, column) = (vectors.col_as_slice(k), out.col_as_slice_mut(state_of(k)));
+        let states_by_row = states_by_row.iter();
+        states_by_row.for_each(|&(row, state, unit)| column[row] = unit * vector[state]);
     }
-    for &(row, state, unit) in &places {
+    for &(row, state, unit) in &states_by_row {
         let column = into.col_as_slice_mut(row);
         let shares = inverse.col_as_slice(state).iter().enumerate();
-        shares.for_each(|(k, x)| column[own(k)] = x / unit);
+        shares.for_each(|(k, x)| column[state_of(k)] = x / unit);
     }
-    for (at, mode) in rigid.clone().enumerate() {
-        let keep = kept + at;
-        out[(mode, keep)] = 1.0;
-        into[(keep, mode)] = 1.0;
+    for (base, mode) in rigid.clone().enumerate() {
+        let state = constants + base;
+        out[(mode, state)] = 1.0;
+        into[(state, mode)] = 1.0;
         for (k, root) in oscillations.iter().enumerate() {
-            // The integral of Re(X ζ) is Re(X ζ/λ) and something that keeps.
+            // The integral of Re(X ζ) is Re(X ζ/λ) and a constant.
             let rate = states.rate(mode);
             let x = Complex::new(vectors[(rate, 2 * k)], -vectors[(rate, 2 * k + 1)]) / root.value;
             out[(mode, 2 * k)] = x.re;
             out[(mode, 2 * k + 1)] = -x.im;
             for i in 0..modal {
                 let column = into.col_as_slice_mut(i);
-                column[keep] -= x.re * column[2 * k] - x.im * column[2 * k + 1];
+                column[state] -= x.re * column[2 * k] - x.im * column[2 * k + 1];
             }
         }
         for k in 0..slow.len() {
             let column = 2 * oscillations.len() + k;
-            out[(mode, own(column) - 1)] = vectors[(states.rate(mode), column)];
+            out[(mode, state_of(column) - 1)] = vectors[(states.rate(mode), column)];
         }
     }
     for mode in free {
-        let at = kept + rigid.len() + 2 * mode;
-        for (state, row) in [(at, mode), (at + 1, states.modes + mode)] {
+        let base = constants + rigid.len() + 2 * mode;
+        for (state, row) in [(base, mode), (base + 1, states.modes + mode)] {
             out[(row, state)] = 1.0;
             into[(state, row)] = 1.0;
         }
     }
-    let slow = slow.iter().map(|root| match wide {
+    let slow = slow.iter().map(|root| match width {
         1 => NonOscillatoryPart::Decay(root.value.re),
         _ => NonOscillatoryPart::RigidMotion(root.value.re),
     });
-    let kept = rigid.map(|_| NonOscillatoryPart::Decay(0.0));
+    let constants = rigid.map(|_| NonOscillatoryPart::Decay(0.0));
     let coasts = (0..equations.free).map(|_| NonOscillatoryPart::RigidMotion(-equations.drag));
     Ok(Some((
         ModalParts {
             oscillatory: oscillations.iter().map(|root| root.value).collect(),
-            others: slow.chain(kept).chain(coasts).collect(),
+            others: slow.chain(constants).chain(coasts).collect(),
         },
         ModalTransform::Full { out, into },
     )))
@@ -346,7 +346,7 @@ fn length(v: &[Complex]) -> f64 {
     v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt()
 }
 
-/// All states as one part, rigid positions and free modes with them.
+/// One dense part of all states, including rigid positions and free modes.
 fn single_part(
     equations: &ModalEquations,
     states: &StateLayout,
@@ -357,7 +357,7 @@ fn single_part(
     let rigid = equations.rigid;
     let total = n + rigid + equations.free;
     let modal = 2 * states.modes + states.scales.len();
-    // The others' states, then positions of rigid motions, then rates of the free ones.
+    // Coupled states, then rigid positions, then rates of free modes.
     let rate = |mode: usize| match mode < equations.free {
         true => n + rigid + mode,
         false => states.rate(mode),
@@ -373,12 +373,12 @@ fn single_part(
         out[(row, state)] = unit;
         into[(state, row)] = 1.0 / unit;
     }
-    let mut one = |row: usize, state: usize| {
+    let mut unit_entry = |row: usize, state: usize| {
         out[(row, state)] = 1.0;
         into[(state, row)] = 1.0;
     };
-    (0..rigid).for_each(|mode| one(mode, n + mode));
-    (0..equations.free).for_each(|mode| one(states.modes + mode, rate(mode)));
+    (0..rigid).for_each(|mode| unit_entry(mode, n + mode));
+    (0..equations.free).for_each(|mode| unit_entry(states.modes + mode, rate(mode)));
     let harmonics = pushes.iter().map(|(omega, push)| {
         let state =
             |k: usize| (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)]);

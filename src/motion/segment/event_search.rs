@@ -1,7 +1,7 @@
-//! First switch of a segment by safe steps that skip no root of an event function.
+//! First event of a segment by safe steps that skip no root of an event function.
 //!
-//! With p ≥ 0, ṗ and |p̈| ≤ M known, no root lies before the worst parabola's touch; once p falls so steeply that
-//! `M p < ṗ²/4`, there is exactly one within `2p/|ṗ|`, and Newton finds it.
+//! With p ≥ 0, ṗ and |p̈| ≤ M known, no root lies before that of the lower parabola. If p falls so steeply that
+//! `M p < ṗ²/4`, exactly one root lies within `2p/|ṗ|`; Newton's iteration locates it.
 
 use super::propagator_cache::PropagatorCache;
 use super::regime_system::RegimeSystem;
@@ -10,46 +10,46 @@ use crate::base::error::Error;
 use crate::motion::problem::{IntegrationOptions, IntegrationStats};
 use crate::motion::progress::check_budget;
 
-/// A switching surface reached.
+/// Zero crossing of an event function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocatedEvent {
-    /// Time of the event, from the start of the segment.
+    /// Time of the event since the start of the segment, s.
     pub tau: f64,
-    /// Which switching surface of the machine.
+    /// Index of the event function.
     pub event: usize,
 }
 
 /// Result of an event search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SearchOutcome {
-    /// Nothing is reached in time.
+    /// No event within the span.
     NoEvent,
-    /// A switching surface is.
+    /// Event located.
     Reached(LocatedEvent),
-    /// The run was ended.
+    /// Cancellation requested.
     Cancelled,
 }
 
-/// Working space: what is known of every switching surface.
+/// Workspace of the event search: the bracket of every event function.
 #[derive(Debug, Default)]
 pub struct EventSearch {
     events: Vec<EventBracket>,
 }
 
-/// A switching surface on the way.
+/// Bracket of the next root of an event function, in seconds since the start of the segment.
 #[derive(Debug, Clone, Copy)]
 struct EventBracket {
-    /// A root known to be its next, else no number.
+    /// Next root, s; NaN if not located.
     root: f64,
-    /// Until when it is known to have none.
+    /// Time up to which no root exists, s.
     clear: f64,
     reading: EventValue,
-    /// The safe step that follows from this.
+    /// Safe step from the reading, s.
     step: f64,
 }
 
 impl EventSearch {
-    /// First switching surface reached within `span`, from the start of a segment at t, s.
+    /// First event within `span` of the start of a segment at t, s.
     ///
     /// # Errors
     /// Those of [`check_budget`].
@@ -57,7 +57,7 @@ impl EventSearch {
         &mut self,
         system: &RegimeSystem,
         cache: &mut PropagatorCache,
-        flight: &mut SegmentTrajectory,
+        trajectory: &mut SegmentTrajectory,
         (t, span): (f64, f64),
         (stats, options): (&mut IntegrationStats, &IntegrationOptions),
     ) -> Result<SearchOutcome, Error> {
@@ -81,30 +81,30 @@ impl EventSearch {
                 }
                 check_budget(options, stats, t + tau)?;
             }
-            let horizon = (span - tau).min(flight.reach);
-            flight.evaluate_events(system, horizon);
-            for (at, own) in self.events.iter_mut().enumerate() {
-                let mut reading = flight.event_value(system, at);
+            let horizon = (span - tau).min(trajectory.reach);
+            trajectory.evaluate_events(system, horizon);
+            for (event, bracket) in self.events.iter_mut().enumerate() {
+                let mut reading = trajectory.event_value(system, event);
                 if reading.value <= 0.0 {
-                    // Just crossed, and falling by no more than rounding: a pair that breaks away does so without acceleration.
-                    let noise = flight.noise(at);
-                    let leaving = flight.is_zero_at_start(at)
+                    // Just crossed, with a decrease within rounding: a pair breaks away without acceleration.
+                    let noise = trajectory.noise(event);
+                    let departs = trajectory.is_zero_at_start(event)
                         && reading.value >= -noise
                         && reading.rate * reading.rate <= 4.0 * reading.bound * noise;
-                    if reading.rate < 0.0 && !leaving {
-                        return Ok(SearchOutcome::Reached(LocatedEvent { tau, event: at }));
+                    if reading.rate < 0.0 && !departs {
+                        return Ok(SearchOutcome::Reached(LocatedEvent { tau, event }));
                     }
                     reading.value = 0.0;
                     reading.rate = reading.rate.max(0.0);
                 }
-                own.reading = reading;
-                own.step = safe_step(reading, horizon);
+                bracket.reading = reading;
+                bracket.step = safe_step(reading, horizon);
             }
             let (mut step, mut first) = self.shortest(tau, None);
             let EventBracket { root, reading, .. } = self.events[first];
             if root.is_nan() && step < horizon && is_monotone(reading) {
-                let from = (tau, reading);
-                match newton(system, flight, first, from, horizon, stats) {
+                let start = (tau, reading);
+                match newton(system, trajectory, first, start, horizon, stats) {
                     Some(root) => self.events[first].root = root,
                     None => self.events[first].clear = tau + horizon,
                 }
@@ -112,7 +112,7 @@ impl EventSearch {
             }
             let root = self.events[first].root;
             if !root.is_nan() {
-                // A root is known, and no other switching surface can be reached before.
+                // No other event can precede this root.
                 return Ok(match root < span {
                     true => SearchOutcome::Reached(LocatedEvent {
                         tau: root,
@@ -121,89 +121,89 @@ impl EventSearch {
                     false => SearchOutcome::NoEvent,
                 });
             }
-            // Touching without a certain crossing: go on by as much as rounding hides, but no other switching surface is passed.
-            let hidden = match self.events[first].reading.bound {
+            // Grazing without a certain crossing: advance by the resolution of rounding, but past no other event.
+            let resolution = match self.events[first].reading.bound {
                 0.0 => 0.0,
-                bound => (2.0 * flight.noise(first) / bound).sqrt(),
+                bound => (2.0 * trajectory.noise(first) / bound).sqrt(),
             };
-            let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
+            let ulps = 4.0 * f64::EPSILON * (tau + trajectory.epoch.abs());
             let ulps = ulps.max(f64::MIN_POSITIVE);
-            let forced = step < hidden.max(ulps);
+            let forced = step < resolution.max(ulps);
             if forced {
-                if !flight.is_zero_at_start(first) {
+                if !trajectory.is_zero_at_start(first) {
                     stats.grazings += 1;
                 }
-                step = hidden.min(self.shortest(tau, Some(first)).0).max(ulps);
+                step = resolution.min(self.shortest(tau, Some(first)).0).max(ulps);
             }
             step = step.min(horizon);
             if tau + step >= span {
                 return Ok(SearchOutcome::NoEvent);
             }
-            let stays = flight.trajectory.tau == tau && !forced;
+            let continues = trajectory.trajectory.tau == tau && !forced;
             let parts = &system.linear.parts;
-            match cache.longest_within(parts, step).filter(|_| stays) {
-                Some(stride) => flight.stride(system, stride),
-                None => flight.move_to(system, tau + step),
+            match cache.longest_within(parts, step).filter(|_| continues) {
+                Some(stride) => trajectory.stride(system, stride),
+                None => trajectory.move_to(system, tau + step),
             }
-            tau = flight.trajectory.tau;
+            tau = trajectory.trajectory.tau;
         }
     }
 
-    /// The shortest safe step of all switching surfaces but one, and whose it is.
-    fn shortest(&self, tau: f64, but: Option<usize>) -> (f64, usize) {
+    /// Shortest safe step, s, of all event functions but one, and its event function.
+    fn shortest(&self, tau: f64, except: Option<usize>) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);
-        for (at, own) in self.events.iter().enumerate() {
-            if but == Some(at) {
+        for (event, bracket) in self.events.iter().enumerate() {
+            if except == Some(event) {
                 continue;
             }
-            let step = match own.root.is_nan() {
-                true => own.step.max(own.clear - tau),
-                false => own.root - tau,
+            let step = match bracket.root.is_nan() {
+                true => bracket.step.max(bracket.clear - tau),
+                false => bracket.root - tau,
             };
             if step < best.0 {
-                best = (step, at);
+                best = (step, event);
             }
         }
         best
     }
 }
 
-/// No root before this, or none before the horizon: p̈ stays above −M, and where it is known now also above `p̈ − jerk h`; the
-/// integral of the larger of these is followed until it touches zero.
+/// Safe step, s: no root precedes it or the horizon. p̈ stays above −M and above `p̈ − jerk h`; the step is the root of the
+/// twice integrated larger bound.
 fn safe_step(reading: EventValue, horizon: f64) -> f64 {
     let EventValue {
         value,
         rate,
-        second_rate: bend,
+        second_rate: accel,
         bound,
         jerk,
     } = reading;
     let mut step = parabola_step(value, rate, bound);
-    // Where p̈ can have fallen to −M.
-    let down = bend + bound;
+    // Earliest time at which p̈ reaches −M, times the jerk.
+    let drop = accel + bound;
     for _ in 0..MAX_PARABOLA_STEPS {
-        // Also where one of them is no number.
-        if !(step < horizon && jerk * step < down) {
+        // NaN ends the loop as well.
+        if !(step < horizon && jerk * step < drop) {
             break;
         }
-        let slope = rate + step * (bend - 0.5 * jerk * step);
-        let left = value + step * (rate + step * (0.5 * bend - jerk * step / 6.0));
-        let more = parabola_step(left.max(0.0), slope, bound);
-        step += more;
-        if more < MIN_GAIN * step {
+        let slope = rate + step * (accel - 0.5 * jerk * step);
+        let remaining = value + step * (rate + step * (0.5 * accel - jerk * step / 6.0));
+        let gain = parabola_step(remaining.max(0.0), slope, bound);
+        step += gain;
+        if gain < MIN_GAIN * step {
             break;
         }
     }
     step
 }
 
-/// Touches of parabolas that follow a cubic, at most.
+/// Maximum number of parabolas after the cubic segment.
 const MAX_PARABOLA_STEPS: u32 = 3;
 
-/// Smallest gain of a further touch, as a share; below it a new evaluation of the motion gains more.
+/// Smallest relative gain of a further parabola; below it a new evaluation of the motion gains more.
 const MIN_GAIN: f64 = 0.1;
 
-/// No root before this: where `p + ṗ h − M h²/2` touches zero.
+/// Root of the lower parabola `p + ṗ h − M h²/2`, s.
 fn parabola_step(value: f64, rate: f64, bound: f64) -> f64 {
     let root = (rate * rate + 2.0 * bound * value).sqrt();
     match rate > 0.0 {
@@ -213,30 +213,30 @@ fn parabola_step(value: f64, rate: f64, bound: f64) -> f64 {
             0.0 => f64::INFINITY,
             sum => 2.0 * value / sum,
         },
-        // At rest on the switching surface: as far as the caller dares.
+        // At rest on the switching surface: no bound.
         false if bound == 0.0 => f64::INFINITY,
         false => 0.0,
     }
 }
 
-/// Whether p falls by half its rate at least until it has certainly crossed: there is one root then within `2p/|ṗ|`.
+/// Whether p falls at half its rate or faster until it crosses zero: one root lies within `2p/|ṗ|`.
 fn is_monotone(reading: EventValue) -> bool {
     let EventValue {
         value, rate, bound, ..
     } = reading;
-    let reach = -2.0 * value / rate;
-    let bent = bound.min(reading.second_rate.max(0.0) + 0.5 * reading.jerk * reach);
-    rate < 0.0 && bent * reach < -0.5 * rate
+    let time = -2.0 * value / rate;
+    let accel = bound.min(reading.second_rate.max(0.0) + 0.5 * reading.jerk * time);
+    rate < 0.0 && accel * time < -0.5 * rate
 }
 
-/// Evaluations between two looks at whether the run is to end.
+/// Number of evaluations between two checks for cancellation and budget.
 const CHECK_INTERVAL: u64 = 256;
 
-/// The one root after τ, where p falls ever faster than half its rate there; nothing where that is beyond the horizon. The flight
-/// is there then.
+/// Newton's iteration for the single root after τ of a monotonic p; none if it lies beyond the horizon. The trajectory
+/// is moved to the root.
 fn newton(
     system: &RegimeSystem,
-    flight: &mut SegmentTrajectory,
+    trajectory: &mut SegmentTrajectory,
     event: usize,
     (tau, start): (f64, EventValue),
     horizon: f64,
@@ -247,25 +247,25 @@ fn newton(
     if high > tau + horizon {
         high = tau + horizon;
         stats.evaluations += 1;
-        flight.move_to(system, high);
-        if flight.evaluate_event(system, event, 0.0).value > 0.0 {
+        trajectory.move_to(system, high);
+        if trajectory.evaluate_event(system, event, 0.0).value > 0.0 {
             return None;
         }
     }
-    let mut at = tau;
+    let mut now = tau;
     let mut reading = start;
     const MAX_NEWTON: usize = 60; // of which two or three happen
     for _ in 0..MAX_NEWTON {
         let EventValue {
             value,
             rate,
-            second_rate: bend,
+            second_rate: accel,
             ..
         } = reading;
-        // Where the parabola through value, rate and acceleration is zero.
-        let root = (rate * rate - 2.0 * value * bend).sqrt();
+        // Root of the parabola through value, rate and acceleration.
+        let root = (rate * rate - 2.0 * value * accel).sqrt();
         let parabola = 2.0 * value / (root - rate);
-        let mut next = at
+        let mut next = now
             + if parabola.is_nan() {
                 -value / rate
             } else {
@@ -274,38 +274,38 @@ fn newton(
         if !(next >= low && next <= high) {
             next = 0.5 * (low + high);
         }
-        let moved = (next - at).abs();
-        at = next;
-        // What is left is quadratic in what was moved, or cubic.
-        let left = match parabola.is_nan() {
-            true => start.bound * moved * moved / steep,
-            false => moved * moved * start.bound.min(start.jerk * moved) / steep,
+        let change = (next - now).abs();
+        now = next;
+        // The error is quadratic in the last change, or cubic.
+        let error = match parabola.is_nan() {
+            true => start.bound * change * change / steep,
+            false => change * change * start.bound.min(start.jerk * change) / steep,
         };
-        if left <= 0.25 * f64::EPSILON * at || moved <= f64::EPSILON * at {
+        if error <= 0.25 * f64::EPSILON * now || change <= f64::EPSILON * now {
             break;
         }
         stats.evaluations += 1;
-        flight.shift_to(system, at);
-        reading = flight.evaluate_event(system, event, 0.0);
+        trajectory.shift_to(system, now);
+        reading = trajectory.evaluate_event(system, event, 0.0);
         if reading.value > 0.0 {
-            low = at;
+            low = now;
         } else {
-            high = at;
+            high = now;
         }
         if reading.value == 0.0 {
             break;
         }
     }
-    flight.shift_to(system, at);
-    Some(at)
+    trajectory.shift_to(system, now);
+    Some(now)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The motion that falls soonest of all that a reading allows: its first root is not before the safe step, and, where it
-    /// falls ever faster, before eight steps.
+    /// The fastest decrease that a reading allows: its first root is not before the safe step and, for a monotonic decrease,
+    /// before eight steps.
     #[test]
     fn law_steps_are_safe_and_lead_on() {
         let mut seed: u32 = 1;

@@ -1,7 +1,7 @@
-//! Linear system shared by regimes of equal stiffness, damping and sticking pairs.
+//! Linear system `σ̇ = Λ σ + β` shared by regimes of equal stiffness, damping and sticking pairs.
 //!
-//! The flanks of a contact differ by a constant force alone, and so do the senses of a sliding pair: what is dear to make is made
-//! once for all of them.
+//! The flanks of a contact differ by a constant force alone, and so do the sliding directions of a friction pair: one costly
+//! eigensolution serves all of them.
 
 use super::equations::{InternalState, ModalDamping, ModalEquations};
 use super::inputs::{InputTarget, KnownInputs};
@@ -20,30 +20,30 @@ use crate::numeric::products::ColumnMatrix;
 use crate::numeric::vector_ops::{axpy, gemv};
 use crate::numeric::{Complex, Matrix, registers};
 
-/// A linear machine.
+/// Linear system of a regime in modal coordinates.
 #[derive(Debug)]
 pub struct LinearSystem {
-    /// Free and harmonically forced parts: the states σ are the cosines and sines of the harmonics, then those of the parts.
+    /// Modal parts and harmonics: the states σ are cosine and sine of every harmonic, then the states of the parts.
     pub parts: ForcedParts,
-    /// The states of the parts from `(y, turns)`, harmonics as cosine and sine.
+    /// Matrix from `(y, cosine and sine of every harmonic)` to the states of the parts.
     pub to_parts: ColumnMatrix,
-    /// y from σ.
+    /// Matrix from σ to the state y.
     pub from_parts: ColumnMatrix,
-    /// Push on σ per value and per rate of every input.
+    /// Forcing β of σ per value and per rate of every input.
     pub pushes: Vec<[Vec<f64>; 2]>,
-    /// Pairs that stick.
+    /// Stick constraint of the sticking pairs.
     pub stick: Option<StickConstraint>,
-    /// Modes of the machine.
+    /// Modes of the regime.
     pub modes: RegimeModes,
-    /// Directions over them.
+    /// Element directions in modal coordinates.
     pub rows: ModalRows,
     /// Modal parts in closed form, without harmonics.
     pub modal_parts: ModalParts,
-    /// From modal states to these and back.
+    /// Transform between modal states and states of the parts.
     pub transform: ModalTransform,
-    /// σ of the parts under every harmonic: phasors.
+    /// Steady-state phasors of the parts under every harmonic.
     pub steady: Vec<Vec<Complex>>,
-    /// Push of every harmonic that is not in these.
+    /// Forcing phasors of every harmonic without steady-state response.
     pub residual_pushes: Vec<Vec<Complex>>,
     /// Linear laws of the branches.
     laws: Vec<LinearLaw>,
@@ -61,103 +61,103 @@ impl LinearSystem {
             &rows(context, laws),
             model.coordinate_count(),
         )?;
-        let seen = ModalRows::new(model, laws, &modes);
-        let equations = equations(model, laws, &modes, &seen);
+        let rows = ModalRows::new(model, laws, &modes);
+        let equations = equations(model, laws, &modes, &rows);
 
-        let raw = input_columns(context, laws, &seen, &modes);
+        let raw = input_columns(context, laws, &rows, &modes);
         let harmonics = harmonics(
             &context.inputs,
             &raw,
             2 * modes.count() + model.internal_count(),
         );
         let (spectrum, stage) = match uncoupled::decompose_uncoupled(&equations) {
-            Some(found) => found,
+            Some(response) => response,
             None => coupled::decompose_coupled(&equations, &harmonics)?,
         };
         let len = spectrum.count();
-        let into = |modal: &[f64]| {
+        let sigma = |modal: &[f64]| {
             let mut sigma = vec![0.0; len];
             stage.to_parts(modal, &mut sigma);
             sigma
         };
         let mut steady = Vec::new();
         let mut near = Vec::new();
-        let mut left = Vec::new();
-        for (at, (omega, push)) in harmonics.iter().enumerate() {
-            let part = |of: fn(&Complex) -> f64| into(&push.iter().map(of).collect::<Vec<f64>>());
-            let (re, im) = (part(|x| x.re), part(|x| x.im));
+        let mut residual = Vec::new();
+        for (harmonic, (omega, push)) in harmonics.iter().enumerate() {
+            let apply = |f: fn(&Complex) -> f64| sigma(&push.iter().map(f).collect::<Vec<f64>>());
+            let (re, im) = (apply(|x| x.re), apply(|x| x.im));
             let push: Vec<Complex> = re
                 .iter()
                 .zip(&im)
                 .map(|(&re, &im)| Complex::new(re, im))
                 .collect();
-            let found = spectrum.steady_state(&push, (at, *omega), context.span);
-            steady.push(found.phasors);
-            near.extend(found.near);
-            left.push(found.left);
+            let response = spectrum.steady_state(&push, (harmonic, *omega), context.span);
+            steady.push(response.phasors);
+            near.extend(response.near);
+            residual.push(response.residual);
         }
         let stuck: Vec<usize> = (0..laws.len()).filter(|&b| laws[b].sticks).collect();
-        let method = match stuck.is_empty() {
+        let stick = match stuck.is_empty() {
             true => None,
             false => Some(StickConstraint::new(
                 context, laws, &stuck, &modes, &stage, len,
             )?),
         };
-        let (enter, leave) = transforms(&modes, &stage, &steady, (len, model.internal_count()));
-        let turns = vec![0.0; 2 * harmonics.len()];
-        let behind_turns = |modal: &[f64]| [&turns[..], &into(modal)].concat();
+        let (into, back) = transforms(&modes, &stage, &steady, (len, model.internal_count()));
+        let zeros = vec![0.0; 2 * harmonics.len()];
+        let extended = |modal: &[f64]| [&zeros[..], &sigma(modal)].concat();
         let pushes = raw
             .iter()
-            .map(|[value, rate]| [behind_turns(value), behind_turns(rate)])
+            .map(|[value, rate]| [extended(value), extended(rate)])
             .collect();
         let linear_model = LinearSystem {
             parts: ForcedParts::new(spectrum.clone(), &context.inputs.frequencies, near),
-            to_parts: ColumnMatrix::from_matrix(&enter),
-            from_parts: ColumnMatrix::from_matrix(&leave),
+            to_parts: ColumnMatrix::from_matrix(&into),
+            from_parts: ColumnMatrix::from_matrix(&back),
             pushes,
-            stick: method,
+            stick,
             modes,
-            rows: seen,
+            rows,
             modal_parts: spectrum,
             transform: stage,
             steady,
-            residual_pushes: left,
+            residual_pushes: residual,
             laws: laws.to_vec(),
         };
         registers::zero_upper();
         Ok(linear_model)
     }
 
-    /// Whether branches so held make the same machine.
+    /// Whether linear laws of the branches give the same system.
     pub fn matches(&self, laws: &[LinearLaw]) -> bool {
         self.laws
             .iter()
             .zip(laws)
-            .all(|(own, law)| own.same_dynamics(law))
+            .all(|(known, law)| known.same_dynamics(law))
     }
 
-    /// Push on σ by the constant forces of branches.
+    /// Forcing β of σ by the constant forces of branches.
     pub fn constant(&self, model: &DynamicModel, laws: &[LinearLaw]) -> Vec<f64> {
         let m = self.modes.count();
         let mut modal = vec![0.0; 2 * m + model.internal_count()];
-        for (at, law) in laws.iter().enumerate() {
+        for (branch, law) in laws.iter().enumerate() {
             axpy(
                 &mut modal[m..2 * m],
                 -law.force.constant,
-                &self.rows.acts[at],
+                &self.rows.acts[branch],
             );
-            if let Some(own) = &law.inner {
-                modal[2 * m + inner_before(model, at)] += own.constant;
+            if let Some(inner) = &law.inner {
+                modal[2 * m + inner_before(model, branch)] += inner.constant;
             }
         }
-        let turns = 2 * self.steady.len();
-        let mut push = vec![0.0; turns + self.modal_parts.count()];
-        self.transform.to_parts(&modal, &mut push[turns..]);
+        let n_harmonic = 2 * self.steady.len();
+        let mut push = vec![0.0; n_harmonic + self.modal_parts.count()];
+        self.transform.to_parts(&modal, &mut push[n_harmonic..]);
         push
     }
 }
 
-/// From y to the parts and back.
+/// Matrices from `(y, harmonics)` to the states of the parts, and from σ to y.
 fn transforms(
     modes: &RegimeModes,
     stage: &ModalTransform,
@@ -165,48 +165,48 @@ fn transforms(
     (len, inner): (usize, usize),
 ) -> (Matrix, Matrix) {
     let (n, m) = (modes.shapes.nrows(), modes.count());
-    let (out, into) = stage.matrices(len);
+    let (out, inverse) = stage.matrices(len);
     let states = 2 * n + inner;
-    let turns = 2 * phasors.len();
-    // Re(a e^{iωt}) = Re a cos − Im a sin, and σ is without it.
-    let steady = |turn: usize, i: usize| match turn % 2 {
-        0 => phasors[turn / 2][i].re,
-        _ => -phasors[turn / 2][i].im,
+    let n_h = 2 * phasors.len();
+    // Re(a e^{iωt}) = Re a cos − Im a sin; σ excludes this response.
+    let steady = |h: usize, i: usize| match h % 2 {
+        0 => phasors[h / 2][i].re,
+        _ => -phasors[h / 2][i].im,
     };
     let (shapes, momenta) = (&modes.shapes, &modes.momenta);
-    let mut enter = Matrix::zeros(len, states + turns);
-    let mut leave = Matrix::zeros(states, turns + len);
-    // Places, then speeds: each of them by the same modes.
+    let mut to_parts = Matrix::zeros(len, states + n_h);
+    let mut from_parts = Matrix::zeros(states, n_h + len);
+    // Positions, then speeds: both by the same modes.
     for half in 0..2 {
-        let parts = into.subcols(half * m, m) * momenta.transpose();
+        let parts = inverse.subcols(half * m, m) * momenta.transpose();
         let back = shapes * out.subrows(half * m, m);
         for i in 0..n {
-            let column = enter.col_as_slice_mut(half * n + i);
+            let column = to_parts.col_as_slice_mut(half * n + i);
             column.copy_from_slice(parts.col_as_slice(i));
         }
         for k in 0..len {
-            let column = &mut leave.col_as_slice_mut(turns + k)[half * n..][..n];
+            let column = &mut from_parts.col_as_slice_mut(n_h + k)[half * n..][..n];
             column.copy_from_slice(back.col_as_slice(k));
         }
     }
     for z in 0..inner {
-        let column = enter.col_as_slice_mut(2 * n + z);
-        column.copy_from_slice(into.col_as_slice(2 * m + z));
+        let column = to_parts.col_as_slice_mut(2 * n + z);
+        column.copy_from_slice(inverse.col_as_slice(2 * m + z));
         for k in 0..len {
-            leave[(2 * n + z, turns + k)] = out[(2 * m + z, k)];
+            from_parts[(2 * n + z, n_h + k)] = out[(2 * m + z, k)];
         }
     }
-    for turn in 0..turns {
-        let answer: Vec<f64> = (0..len).map(|k| steady(turn, k)).collect();
-        axpy(enter.col_as_slice_mut(states + turn), -1.0, &answer);
+    for h in 0..n_h {
+        let response: Vec<f64> = (0..len).map(|k| steady(h, k)).collect();
+        axpy(to_parts.col_as_slice_mut(states + h), -1.0, &response);
         let mut sum = vec![0.0; states];
-        gemv(&mut sum, &answer, |k| leave.col_as_slice(turns + k));
-        leave.col_as_slice_mut(turn).copy_from_slice(&sum);
+        gemv(&mut sum, &response, |k| from_parts.col_as_slice(n_h + k));
+        from_parts.col_as_slice_mut(h).copy_from_slice(&sum);
     }
-    (enter, leave)
+    (to_parts, from_parts)
 }
 
-/// The rows that decide which motions are rigid.
+/// Strain rows of the branches, which determine the rigid motions.
 fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
     let model = context.model;
     let n = model.coordinate_count();
@@ -248,32 +248,32 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
     rows
 }
 
-/// Directions over the modes.
+/// Element directions in modal coordinates.
 #[derive(Debug)]
 pub struct ModalRows {
-    /// wᵀΦ of every branch.
+    /// Deflection rows wᵀΦ of every branch.
     pub sees: Vec<Vec<f64>>,
-    /// uᵀΦ.
+    /// Force rows uᵀΦ of every branch.
     pub acts: Vec<Vec<f64>>,
 }
 
 impl ModalRows {
     fn new(model: &DynamicModel, laws: &[LinearLaw], modes: &RegimeModes) -> ModalRows {
         let blind = |law: &LinearLaw, acting: bool| match law {
-            // What a spring sees is not rigid, and where it acts along what it sees nothing rigid is pushed.
+            // A spring has no deflection in rigid modes, nor a force if it acts along its deflection.
             law if law.force.deflection != 0.0 && !acting => modes.rigid,
             law if law.force.deflection != 0.0 || law.force.rate != 0.0 || law.inner.is_some() => {
                 modes.free
             }
             _ => 0,
         };
-        let of = |direction, blind| modes.project(direction, blind);
-        let both = model.elements.iter().zip(laws);
-        let sees = both
+        let project = |direction, blind| modes.project(direction, blind);
+        let pairs = model.elements.iter().zip(laws);
+        let sees = pairs
             .clone()
-            .map(|(b, law)| of(&b.direction, blind(law, false)));
-        let acts =
-            both.map(|(b, law)| of(b.force_direction(), blind(law, b.force_direction.is_some())));
+            .map(|(b, law)| project(&b.direction, blind(law, false)));
+        let acts = pairs
+            .map(|(b, law)| project(b.force_direction(), blind(law, b.force_direction.is_some())));
         ModalRows {
             sees: sees.collect(),
             acts: acts.collect(),
@@ -285,37 +285,37 @@ fn equations(
     model: &DynamicModel,
     laws: &[LinearLaw],
     modes: &RegimeModes,
-    seen: &ModalRows,
+    rows: &ModalRows,
 ) -> ModalEquations {
     let m = modes.count();
     let mut stiffness = Matrix::zeros(m, m);
-    let mut beside = false;
+    let mut has_stiffness = false;
     let mut inner = Vec::new();
-    for (at, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
-        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
+    for (element, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
+        let (sees, acts) = (&rows.sees[element], &rows.acts[element]);
         let k = law.force.deflection;
         if k != 0.0 && (k < 0.0 || branch.force_direction.is_some()) {
-            beside = true;
+            has_stiffness = true;
             for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
                 stiffness[(i, j)] += k * acts[i] * sees[j];
             }
         }
-        if let Some(own) = &law.inner {
+        if let Some(state) = &law.inner {
             inner.push(InternalState {
-                decay: own.decay,
-                velocity_row: sees.iter().map(|w| own.seen * w).collect(),
-                force_column: acts.iter().map(|u| -own.force * u).collect(),
-                scale: own.scale,
+                decay: state.decay,
+                velocity_row: sees.iter().map(|w| state.seen * w).collect(),
+                force_column: acts.iter().map(|u| -state.force * u).collect(),
+                scale: state.scale,
             });
         }
     }
     if let Some((k, _)) = &model.unattached
         && k.norm_max() > 0.0
     {
-        beside = true;
-        let over = modes.shapes.transpose() * k * &modes.shapes;
+        has_stiffness = true;
+        let modal = modes.shapes.transpose() * k * &modes.shapes;
         for (i, j) in (0..m).flat_map(|i| (modes.rigid..m).map(move |j| (i, j))) {
-            stiffness[(i, j)] += over[(i, j)];
+            stiffness[(i, j)] += modal[(i, j)];
         }
     }
     ModalEquations {
@@ -323,44 +323,44 @@ fn equations(
         free: modes.free,
         rigid: modes.rigid,
         drag: model.mass_damping,
-        damping: damping(model, laws, modes, seen),
-        stiffness: beside.then_some(stiffness),
+        damping: damping(model, laws, modes, rows),
+        stiffness: has_stiffness.then_some(stiffness),
         inner,
     }
 }
 
-/// D: by its diagonal where that is all of it.
+/// Modal damping matrix D, as a diagonal if it has no other entries.
 fn damping(
     model: &DynamicModel,
     laws: &[LinearLaw],
     modes: &RegimeModes,
-    seen: &ModalRows,
+    rows: &ModalRows,
 ) -> ModalDamping {
     if let Some(beta) = rayleigh(model, laws) {
-        let own = modes
+        let diagonal = modes
             .omega
             .iter()
             .map(|w| model.mass_damping + beta * w * w);
-        return ModalDamping::Diagonal(own.collect());
+        return ModalDamping::Diagonal(diagonal.collect());
     }
     let (n, m) = (model.coordinate_count(), modes.count());
     let pairs = || (0..m).flat_map(|i| (0..m).map(move |j| (i, j)));
     let mut d = Matrix::zeros(m, m);
-    // What each entry sums, without signs.
+    // Sum of absolute values of the terms of each entry.
     let mut size = Matrix::zeros(m, m);
     let large = |w: &Direction| -> Vec<f64> {
-        let whole = |j: usize| {
+        let sum = |j: usize| {
             let shape = modes.shapes.col_as_slice(j);
             w.entries().map(|(i, a)| (a * shape[i]).abs()).sum()
         };
-        (0..m).map(whole).collect()
+        (0..m).map(sum).collect()
     };
-    for (at, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
+    for (element, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
         let c = law.force.rate;
         if c == 0.0 {
             continue;
         }
-        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
+        let (sees, acts) = (&rows.sees[element], &rows.acts[element]);
         let (large_w, large_u) = (large(&branch.direction), large(branch.force_direction()));
         for j in 0..m {
             axpy(d.col_as_slice_mut(j), c * sees[j], acts);
@@ -368,25 +368,25 @@ fn damping(
         }
     }
     if let Some((_, c)) = &model.unattached {
-        let over = modes.shapes.transpose() * c * &modes.shapes;
-        let plain = |a: &Matrix| Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].abs());
-        let shapes = plain(&modes.shapes);
-        let large = shapes.transpose() * plain(c) * &shapes;
+        let modal = modes.shapes.transpose() * c * &modes.shapes;
+        let abs = |a: &Matrix| Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].abs());
+        let shapes = abs(&modes.shapes);
+        let large = shapes.transpose() * abs(c) * &shapes;
         for (i, j) in pairs().filter(|&(i, j)| i >= modes.free && j >= modes.free) {
-            d[(i, j)] += over[(i, j)];
+            d[(i, j)] += modal[(i, j)];
             size[(i, j)] += large[(i, j)];
         }
     }
     (0..m).for_each(|j| d[(j, j)] += model.mass_damping);
     let rounding = 4.0 * n as f64 * f64::EPSILON;
-    let beside = pairs().any(|(i, j)| i != j && d[(i, j)].abs() > rounding * size[(i, j)]);
-    match beside {
+    let coupled = pairs().any(|(i, j)| i != j && d[(i, j)].abs() > rounding * size[(i, j)]);
+    match coupled {
         true => ModalDamping::Full(d),
         false => ModalDamping::Diagonal((0..m).map(|j| d[(j, j)]).collect()),
     }
 }
 
-/// β where every spring's damper is β times the spring and nothing else damps but drag.
+/// Rayleigh coefficient β, s, if every damper is β times its spring; none if another element but drag damps.
 fn rayleigh(model: &DynamicModel, laws: &[LinearLaw]) -> Option<f64> {
     if model.unattached.is_some() {
         return None;
@@ -400,40 +400,40 @@ fn rayleigh(model: &DynamicModel, laws: &[LinearLaw]) -> Option<f64> {
         if !(k > 0.0) || branch.force_direction.is_some() {
             return None;
         }
-        let own = c / k;
-        let known = *beta.get_or_insert(own);
-        if (own - known).abs() > 8.0 * f64::EPSILON * known.abs() {
+        let ratio = c / k;
+        let known = *beta.get_or_insert(ratio);
+        if (ratio - known).abs() > 8.0 * f64::EPSILON * known.abs() {
             return None;
         }
     }
     Some(beta.unwrap_or(0.0))
 }
 
-/// Pushes on modal states per value and per rate of every input.
+/// Forcing of modal states per value and per rate of every input.
 fn input_columns(
     context: &RunContext,
     laws: &[LinearLaw],
-    seen: &ModalRows,
+    rows: &ModalRows,
     modes: &RegimeModes,
 ) -> Vec<[Vec<f64>; 2]> {
     let model = context.model;
     let m = modes.count();
-    let nothing = vec![0.0; 2 * m + model.internal_count()];
+    let zeros = vec![0.0; 2 * m + model.internal_count()];
     let inputs = context.inputs.list.iter().map(|input| {
-        let (mut value, mut rate) = (nothing.clone(), nothing.clone());
+        let (mut value, mut rate) = (zeros.clone(), zeros.clone());
         match input.entry {
-            InputTarget::Drive(at) => {
-                let d = modes.project(&model.forces[at].direction, 0);
+            InputTarget::Drive(index) => {
+                let d = modes.project(&model.forces[index].direction, 0);
                 value[m..2 * m].copy_from_slice(&d);
             }
-            InputTarget::Imposed(at) => {
-                let law = &laws[at];
+            InputTarget::Imposed(index) => {
+                let law = &laws[index];
                 for j in 0..m {
-                    value[m + j] = law.force.deflection * seen.acts[at][j];
-                    rate[m + j] = law.force.rate * seen.acts[at][j];
+                    value[m + j] = law.force.deflection * rows.acts[index][j];
+                    rate[m + j] = law.force.rate * rows.acts[index][j];
                 }
-                if let Some(own) = &law.inner {
-                    rate[2 * m + inner_before(model, at)] = -own.imposed;
+                if let Some(inner) = &law.inner {
+                    rate[2 * m + inner_before(model, index)] = -inner.imposed;
                 }
             }
         }
@@ -442,7 +442,7 @@ fn input_columns(
     inputs.collect()
 }
 
-/// Inner states of the branches before one.
+/// Number of internal states of the branches before a branch.
 fn inner_before(model: &DynamicModel, branch: usize) -> usize {
     model.elements[..branch]
         .iter()
@@ -450,16 +450,16 @@ fn inner_before(model: &DynamicModel, branch: usize) -> usize {
         .sum()
 }
 
-/// ω and phasors of the push on modal states, of which there are `states`.
+/// Frequency ω, rad/s, and forcing phasors of the `states` modal states for every harmonic.
 fn harmonics(
     inputs: &KnownInputs,
     pushes: &[[Vec<f64>; 2]],
     states: usize,
 ) -> Vec<(f64, Vec<Complex>)> {
-    let of = |(f, &omega): (usize, &f64)| {
+    let phasors = |(f, &omega): (usize, &f64)| {
         let mut push = vec![Complex::ZERO; states];
         for (input, [value, rate]) in inputs.list.iter().zip(pushes) {
-            for (_, phasor) in input.harmonics.iter().filter(|(at, _)| *at == f) {
+            for (_, phasor) in input.harmonics.iter().filter(|(index, _)| *index == f) {
                 for (i, push) in push.iter_mut().enumerate() {
                     *push += phasor * Complex::new(value[i], omega * rate[i]);
                 }
@@ -467,5 +467,5 @@ fn harmonics(
         }
         (omega, push)
     };
-    inputs.frequencies.iter().enumerate().map(of).collect()
+    inputs.frequencies.iter().enumerate().map(phasors).collect()
 }

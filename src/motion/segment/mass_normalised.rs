@@ -1,7 +1,7 @@
 //! Mass-normalised coordinates `x = Lᵀ q`, `M = L Lᵀ`, and the modes in them.
 //!
-//! Frequencies are singular values of `√k W L⁻ᵀ`, or quotients of energies where their bound promises the same digits, so that slow
-//! modes keep their digits next to fast ones; motions that strain nothing are found from the geometry alone and have exactly no frequency.
+//! Frequencies are singular values of `√k W L⁻ᵀ`, or Rayleigh quotients of energies if their error bound is as small: both are relatively
+//! accurate for slow and fast modes. Rigid motions come from the geometry alone and have frequency zero exactly.
 
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
@@ -12,7 +12,7 @@ use crate::numeric::vector_ops::axpy;
 pub use crate::numeric::vector_ops::dot;
 use crate::numeric::{Matrix, graded};
 
-/// `M = L Lᵀ` of a machine.
+/// Cholesky factor `M = L Lᵀ` of the mass matrix.
 ///
 /// # Errors
 /// A mass matrix that is not positive definite.
@@ -23,78 +23,78 @@ pub fn mass_factor(model: &DynamicModel) -> Result<MassFactor, Error> {
     }
 }
 
-/// A direction over all coordinates.
+/// Dense vector of a direction over all coordinates.
 pub fn to_dense(direction: &Direction, n: usize) -> Vec<f64> {
     let mut w = vec![0.0; n];
     direction.entries().for_each(|(i, a)| w[i] += a);
     w
 }
 
-/// Strain rows that rigid motions of a machine must leave at zero, over x.
+/// Strain rows over x; rigid motions lie in their null space.
 #[derive(Debug, Default)]
 pub struct StrainRows {
-    /// Directions of springs whose energy is a square, with √k.
+    /// Directions of springs with strain energy `½ k (wᵀx)²`, and √k.
     pub squares: Vec<(Vec<f64>, f64)>,
-    /// Further directions that springs see or act in.
+    /// Further strain and force directions of springs.
     pub springs: Vec<Vec<f64>>,
-    /// Directions that dampers and all else see or act in.
+    /// Strain and force directions of dampers and all other elements.
     pub dampers: Vec<Vec<f64>>,
-    /// Directions that may not move at all.
+    /// Directions of sticking pairs, constrained to rest.
     pub stuck: Vec<Vec<f64>>,
 }
 
-/// Modes in the order: motions that strain nothing at all, those that strain dampers only, those without a square of energy,
-/// the others by rising frequency.
+/// Modes of a regime in the order: motions that strain no element, motions that strain dampers only, motions without strain
+/// energy, elastic modes in ascending order of frequency.
 #[derive(Debug)]
 pub struct RegimeModes {
     /// Φ: mass-normalised shapes as columns over q.
     pub shapes: Matrix,
-    /// MΦ.
+    /// Modal momenta MΦ, as columns over q.
     pub momenta: Matrix,
-    /// rad/s.
+    /// Natural frequencies, rad/s.
     pub omega: Vec<f64>,
-    /// Number of modes that strain nothing at all.
+    /// Number of modes that strain no element.
     pub free: usize,
-    /// Number of modes that strain no spring, the free ones among them.
+    /// Number of modes that strain no spring, including the free modes.
     pub rigid: usize,
 }
 
 impl RegimeModes {
-    /// Modes from the strain rows of a machine.
+    /// Modes over n coordinates from the strain rows.
     ///
     /// # Errors
     /// Numbers out of range; no convergence.
     pub fn new(factor: &MassFactor, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
         let allowed = constraint_null_space(&rows.stuck, n)?;
         let m = allowed.as_ref().map_or(n, Vec::len);
-        let inside = |row: &Vec<f64>| -> Vec<f64> {
+        let restrict = |row: &Vec<f64>| -> Vec<f64> {
             match &allowed {
                 Some(allowed) => allowed.iter().map(|a| dot(a, row)).collect(),
                 None => row.clone(),
             }
         };
-        let inside_all = |rows: &[Vec<f64>]| rows.iter().map(inside).collect::<Vec<_>>();
-        let squares: Vec<Vec<f64>> = rows.squares.iter().map(|(row, _)| inside(row)).collect();
-        let springs = inside_all(&rows.springs);
-        let dampers = inside_all(&rows.dampers);
+        let restrict_all = |rows: &[Vec<f64>]| rows.iter().map(restrict).collect::<Vec<_>>();
+        let squares: Vec<Vec<f64>> = rows.squares.iter().map(|(row, _)| restrict(row)).collect();
+        let springs = restrict_all(&rows.springs);
+        let dampers = restrict_all(&rows.dampers);
 
-        let still = null_motions(&squares, m)?;
-        let resting = restrict_null_space(&still, &springs)?;
-        let free = restrict_null_space(&resting, &dampers)?;
+        let null = null_motions(&squares, m)?;
+        let undamped = restrict_null_space(&null, &springs)?;
+        let free = restrict_null_space(&undamped, &dampers)?;
         let mut zero: Vec<Vec<f64>> = Vec::new();
         extend(&mut zero, &free);
         let n_free = zero.len();
-        extend(&mut zero, &resting);
+        extend(&mut zero, &undamped);
         let n_rigid = zero.len();
-        extend(&mut zero, &still);
+        extend(&mut zero, &null);
 
         let roots = rows.squares.iter().map(|(_, root)| *root);
-        let weighed: Vec<Vec<f64>> = squares
+        let weighted: Vec<Vec<f64>> = squares
             .iter()
             .zip(roots)
             .map(|(row, root)| row.iter().map(|a| root * a).collect())
             .collect();
-        let (elastic, strained) = strained_modes(&weighed, &zero, m)?;
+        let (elastic, strained) = strained_modes(&weighted, &zero, m)?;
         let column = |j: usize, i: usize| match zero.get(j) {
             Some(rigid) => rigid[i],
             None => strained[(i, j - zero.len())],
@@ -118,7 +118,7 @@ impl RegimeModes {
         self.omega.len()
     }
 
-    /// `wᵀΦ`, exactly zero for the first `blind` modes.
+    /// Modal participation `wᵀΦ` of a direction, exactly zero for the first `blind` modes.
     pub fn project(&self, w: &Direction, blind: usize) -> Vec<f64> {
         let column = |j: usize| w.dot(self.shapes.col_as_slice(j));
         (0..self.count())
@@ -127,14 +127,14 @@ impl RegimeModes {
     }
 }
 
-/// Frequencies, ascending, and orthonormal shapes of the motions that strain a row, `zero` being all others: from energies, by the factored
-/// form where their bound is too large.
+/// Frequencies in ascending order and orthonormal shapes of the elastic modes; `zero` spans the motions without strain. Energy quotients
+/// give the frequencies; the factored form replaces them if their error bound is too large.
 fn strained_modes(
     rows: &[Vec<f64>],
     zero: &[Vec<f64>],
     m: usize,
 ) -> Result<(Vec<f64>, Matrix), Error> {
-    /// Largest cosine of the strains of two modes: what a shape has of others is off in every state propagated.
+    /// Largest cosine between the strains of two modes: contamination of a shape is an error of every propagated state.
     const SHAPES: f64 = 1e-13;
     let mut springs = Squares::default();
     for row in rows {
@@ -145,19 +145,19 @@ fn strained_modes(
     if zero.len() == m {
         return Ok((Vec::new(), Matrix::zeros(m, 0)));
     }
-    // Squares may leave the range of numbers where their roots do not.
-    if let Ok(Some(found)) = energy_modes(&springs, &expansion, zero, SHAPES)
-        && found.bounds.iter().all(|bound| *bound <= MAX_BOUND)
+    // Squares may overflow if their roots do not.
+    if let Ok(Some(modes)) = energy_modes(&springs, &expansion, zero, SHAPES)
+        && modes.bounds.iter().all(|bound| *bound <= MAX_BOUND)
     {
-        return Ok((found.omega, found.vectors));
+        return Ok((modes.omega, modes.vectors));
     }
     let a = Matrix::from_fn(rows.len(), m, |i, j| rows[i][j]);
-    let found = graded::svd(&a, Some(m - zero.len()))?;
-    let vectors = Matrix::from_fn(m, m - zero.len(), |i, j| found.vectors[(i, zero.len() + j)]);
-    Ok((found.values[zero.len()..].to_vec(), vectors))
+    let svd = graded::svd(&a, Some(m - zero.len()))?;
+    let vectors = Matrix::from_fn(m, m - zero.len(), |i, j| svd.vectors[(i, zero.len() + j)]);
+    Ok((svd.values[zero.len()..].to_vec(), vectors))
 }
 
-/// Orthonormal motions over x that the stuck directions allow; nothing where nothing is stuck.
+/// Orthonormal basis over x of the null space of the sticking directions; none without sticking pairs.
 fn constraint_null_space(stuck: &[Vec<f64>], n: usize) -> Result<Option<Vec<Vec<f64>>>, Error> {
     if stuck.is_empty() {
         return Ok(None);
@@ -167,33 +167,33 @@ fn constraint_null_space(stuck: &[Vec<f64>], n: usize) -> Result<Option<Vec<Vec<
     Ok(Some(basis))
 }
 
-/// Adds to an orthonormal basis what a list of motions adds to its span.
+/// Extends an orthonormal basis by a list of motions (Gram–Schmidt).
 fn extend(basis: &mut Vec<Vec<f64>>, motions: &[Vec<f64>]) {
-    const DEPENDENT: f64 = 1e-9; // of a unit vector; what depends is at rounding
+    const DEPENDENT: f64 = 1e-9; // of a unit vector; a dependent one is rounding
     for motion in motions {
-        let size = dot(motion, motion).sqrt();
-        let mut v: Vec<f64> = motion.iter().map(|x| x / size).collect();
-        let mut rest = 1.0;
+        let norm = dot(motion, motion).sqrt();
+        let mut v: Vec<f64> = motion.iter().map(|x| x / norm).collect();
+        let mut remaining = 1.0;
         // Twice is enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
         for _ in 0..2 {
             for b in basis.iter() {
                 let share = dot(b, &v);
                 v.iter_mut().zip(b).for_each(|(x, b)| *x -= share * b);
             }
-            rest *= dot(&v, &v).sqrt();
-            let size = dot(&v, &v).sqrt();
-            v.iter_mut().for_each(|x| *x /= size);
+            remaining *= dot(&v, &v).sqrt();
+            let norm = dot(&v, &v).sqrt();
+            v.iter_mut().for_each(|x| *x /= norm);
         }
-        if rest > DEPENDENT {
+        if remaining > DEPENDENT {
             basis.push(v);
         }
     }
 }
 
-/// A motion this free, by the size of what it is summed from, is free: geometry is known to 1e-16.
+/// Strain relative to its terms below which a motion has no strain: geometry is known to 1e-16.
 const NULL_TOLERANCE: f64 = 1e-10;
 
-/// Motions that no row sees, from the geometry; stiffness and inertia play no part.
+/// Null space of strain rows from the geometry, independent of stiffness and inertia.
 fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     match null_space_by_ratios(rows, n) {
         Some(motions) => Ok(motions),
@@ -203,7 +203,7 @@ fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
 
 /// Restricts motions to the null space of further rows.
 fn restrict_null_space(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
-    let seen = |row: &Vec<f64>, motion: &Vec<f64>| -> f64 {
+    let strain = |row: &Vec<f64>, motion: &Vec<f64>| -> f64 {
         let terms = || row.iter().zip(motion).map(|(a, x)| a * x);
         let sum: f64 = terms().sum();
         let size: f64 = terms().map(f64::abs).sum();
@@ -213,32 +213,32 @@ fn restrict_null_space(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Ve
             sum
         }
     };
-    let over = |row: &Vec<f64>| motions.iter().map(|x| seen(row, x)).collect::<Vec<f64>>();
-    let mut inside: Vec<Vec<f64>> = rows.iter().map(over).collect();
-    inside.retain(|row| row.iter().any(|x| *x != 0.0));
-    if inside.is_empty() || motions.is_empty() {
+    let restrict = |row: &Vec<f64>| motions.iter().map(|x| strain(row, x)).collect::<Vec<f64>>();
+    let mut restricted: Vec<Vec<f64>> = rows.iter().map(restrict).collect();
+    restricted.retain(|row| row.iter().any(|x| *x != 0.0));
+    if restricted.is_empty() || motions.is_empty() {
         return Ok(motions.to_vec());
     }
-    let shares = null_motions(&inside, motions.len())?;
+    let shares = null_motions(&restricted, motions.len())?;
     let sum = |share: &Vec<f64>| {
-        let mut all = vec![0.0; motions[0].len()];
-        let both = share.iter().zip(motions);
-        both.for_each(|(a, motion)| axpy(&mut all, *a, motion));
-        all
+        let mut combined = vec![0.0; motions[0].len()];
+        let pairs = share.iter().zip(motions);
+        pairs.for_each(|(a, motion)| axpy(&mut combined, *a, motion));
+        combined
     };
     Ok(shares.iter().map(sum).collect())
 }
 
-/// Null space by ratios, where every row sees two coordinates at most: a motion for each part of the machine that nothing holds, from its
-/// first coordinate on. Nothing where a row sees more.
+/// Null space by transmission ratios if every row joins two coordinates at most: one motion per ungrounded component of the graph, from its
+/// first coordinate on. None if a row joins more coordinates.
 fn null_space_by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
     let mut joins: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); n];
-    let mut held = vec![false; n];
+    let mut grounded = vec![false; n];
     for row in rows {
-        let seen = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
-        match seen.map(|(i, &a)| (i, a)).collect::<Vec<_>>()[..] {
+        let entries = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
+        match entries.map(|(i, &a)| (i, a)).collect::<Vec<_>>()[..] {
             [] => {}
-            [(i, _)] => held[i] = true,
+            [(i, _)] => grounded[i] = true,
             [(i, a), (j, b)] => {
                 joins[i].push((j, a, b));
                 joins[j].push((i, b, a));
@@ -247,26 +247,26 @@ fn null_space_by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
         }
     }
     let mut motions = Vec::new();
-    let mut reached = vec![false; n];
+    let mut visited = vec![false; n];
     for first in 0..n {
-        if reached[first] {
+        if visited[first] {
             continue;
         }
         let mut motion = vec![0.0; n];
         motion[first] = 1.0;
-        reached[first] = true;
-        let (mut part, mut at, mut free) = (vec![first], 0, true);
-        while let Some(&i) = part.get(at) {
-            at += 1;
-            free &= !held[i];
+        visited[first] = true;
+        let (mut component, mut next, mut free) = (vec![first], 0, true);
+        while let Some(&i) = component.get(next) {
+            next += 1;
+            free &= !grounded[i];
             for &(j, a, b) in &joins[i] {
-                if reached[j] {
-                    let (own, other) = (a * motion[i], b * motion[j]);
-                    free &= (own + other).abs() <= NULL_TOLERANCE * (own.abs() + other.abs());
+                if visited[j] {
+                    let (term, joined) = (a * motion[i], b * motion[j]);
+                    free &= (term + joined).abs() <= NULL_TOLERANCE * (term.abs() + joined.abs());
                 } else {
-                    reached[j] = true;
+                    visited[j] = true;
                     motion[j] = -a * motion[i] / b;
-                    part.push(j);
+                    component.push(j);
                 }
             }
         }
@@ -277,7 +277,7 @@ fn null_space_by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
     Some(motions)
 }
 
-/// The same of any rows, by singular values: rows and columns are brought to unit size.
+/// Null space of any rows by singular value decomposition after equilibration of rows and columns.
 fn null_space_by_svd(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     let mut units: Vec<Vec<f64>> = Vec::new();
     for row in rows {
@@ -286,29 +286,29 @@ fn null_space_by_svd(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error
             units.push(row.iter().map(|x| x / size).collect());
         }
     }
-    // Columns first differ by the roots of the inertias; a few rounds bring both sides to like size.
+    // Columns first differ by the roots of the inertias; a few sweeps equilibrate rows and columns.
     let mut size = vec![1.0; n];
     for _ in 0..3 {
         for j in 0..n {
-            let most = units.iter().fold(0.0, |m: f64, row| m.max(row[j].abs()));
-            if most > 0.0 {
-                size[j] *= most;
-                units.iter_mut().for_each(|row| row[j] /= most);
+            let largest_entry = units.iter().fold(0.0, |m: f64, row| m.max(row[j].abs()));
+            if largest_entry > 0.0 {
+                size[j] *= largest_entry;
+                units.iter_mut().for_each(|row| row[j] /= largest_entry);
             }
         }
         for row in &mut units {
-            let most = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            row.iter_mut().for_each(|x| *x /= most);
+            let largest_entry = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            row.iter_mut().for_each(|x| *x /= largest_entry);
         }
     }
     let a = Matrix::from_fn(units.len().max(1), n, |i, j| {
         units.get(i).map_or(0.0, |row| row[j])
     });
-    let found = graded::svd(&a, None)?;
-    let largest = found.values.last().copied().unwrap_or(0.0);
-    let null = (0..n).filter(|&k| found.values[k] <= NULL_TOLERANCE * largest);
+    let svd = graded::svd(&a, None)?;
+    let largest = svd.values.last().copied().unwrap_or(0.0);
+    let null = (0..n).filter(|&k| svd.values[k] <= NULL_TOLERANCE * largest);
     Ok(null
-        .map(|k| (0..n).map(|j| found.vectors[(j, k)] / size[j]).collect())
+        .map(|k| (0..n).map(|j| svd.vectors[(j, k)] / size[j]).collect())
         .collect())
 }
 
@@ -334,7 +334,7 @@ mod tests {
         assert!((gram - Matrix::identity(3, 3)).norm_max() < 1e-14);
     }
 
-    /// A geared loop whose ratios multiply to one turns as a whole, any other is held; so it is by singular values.
+    /// A geared loop whose ratios multiply to one rotates freely, any other is locked; singular values agree.
     #[test]
     fn exact_loops_by_ratios() {
         for (last, free) in [(6.0, 2), (7.0, 1)] {

@@ -1,32 +1,32 @@
-//! Modal parts of a linear system, each with a closed-form solution.
+//! Modal parts of a linear system, `σ̇ = Λ σ + β`, each with a closed-form solution.
 
 use super::dense::DenseSystem;
 use crate::numeric::Complex;
 
-/// Parts of a segment solved on their own. Their states σ follow one another: two of every oscillatory part, then those of the others.
+/// Decoupled modal parts of a linear system. States σ in order: two of every oscillatory part, then those of the other parts.
 #[derive(Debug, Clone, Default)]
 pub struct ModalParts {
-    /// λ with Im λ > 0: `ζ̇ = λ ζ + β`, σ = (Re ζ, Im ζ).
+    /// Eigenvalues λ, 1/s, with Im λ > 0: `ζ̇ = λ ζ + β`, σ = (Re ζ, Im ζ).
     pub oscillatory: Vec<Complex>,
-    /// The rest.
+    /// Non-oscillatory parts.
     pub others: Vec<NonOscillatoryPart>,
 }
 
-/// A part that is not oscillatory, or cannot be separated from the others.
+/// Non-oscillatory modal part, or a dense part of coupled states.
 #[derive(Debug, Clone)]
 pub enum NonOscillatoryPart {
-    /// `ẋ = λ x + β`.
+    /// First-order decay `ẋ = λ x + β`.
     Decay(f64),
-    /// `ṗ = v`, `v̇ = λ v + β`; σ = (p, v). Rigid motions, braked or not.
+    /// Rigid motion `ṗ = v`, `v̇ = λ v + β`, damped or undamped; σ = (p, v).
     RigidMotion(f64),
-    /// `η̈ + d η̇ + w² η = β` with d near 2w, where two exponentials would cancel; σ = (η, η̇).
+    /// Near-critical damping, `η̈ + d η̇ + w² η = β` with d near 2w, for which two exponentials would cancel; σ = (η, η̇).
     Critical {
-        /// 1/s.
+        /// Damping d, 1/s.
         d: f64,
-        /// 1/s².
+        /// Squared natural frequency w², 1/s².
         square: f64,
     },
-    /// All states at once, by matrix exponentials: where eigenvectors nearly coincide.
+    /// Coupled states with nearly coincident eigenvectors, solved by matrix exponentials.
     Dense(Box<DenseSystem>),
 }
 
@@ -40,7 +40,7 @@ impl NonOscillatoryPart {
         }
     }
 
-    /// A rate that no change of the part exceeds, 1/s.
+    /// Upper bound of the rates of change of the part, 1/s.
     pub fn rate(&self) -> f64 {
         match self {
             NonOscillatoryPart::Decay(lambda) | NonOscillatoryPart::RigidMotion(lambda) => {
@@ -52,36 +52,36 @@ impl NonOscillatoryPart {
     }
 }
 
-/// A harmonic so near a root that their responses must not be taken apart.
+/// Harmonic forcing near an eigenvalue: steady-state and free response would cancel.
 #[derive(Debug, Clone)]
 pub struct ResonantForcing {
     /// Index of the oscillatory part, or of the other part.
     pub part: PartIndex,
-    /// Which harmonic, by its place in the list of frequencies.
+    /// Index of the harmonic in the list of frequencies.
     pub frequency: usize,
-    /// ω, rad/s.
+    /// Frequency ω, rad/s.
     pub omega: f64,
-    /// The push on ζ per `e^{iωt}`; for a coast on v, the real part counting.
+    /// Forcing of ζ per `e^{iωt}`, 1/s; for a rigid motion the real part acts on v.
     pub push: Complex,
 }
 
-/// A part by its number.
+/// Index of a modal part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PartIndex {
     /// Index of an oscillatory part.
     Oscillatory(usize),
-    /// Index of another part: its number and its first state.
+    /// Index of a non-oscillatory part and of its first state.
     Other(usize, usize),
 }
 
 /// Steady-state response to a harmonic.
 #[derive(Debug, Clone)]
 pub struct SteadyState {
-    /// Phasors of σ.
+    /// Steady-state phasors of σ.
     pub phasors: Vec<Complex>,
-    /// Phasors of the push on σ that the response does not contain.
-    pub left: Vec<Complex>,
-    /// Near-resonant forcing that carries this push.
+    /// Forcing phasors of σ without steady-state response.
+    pub residual: Vec<Complex>,
+    /// Near-resonant forcing that replaces it.
     pub near: Vec<ResonantForcing>,
 }
 
@@ -96,7 +96,7 @@ impl ModalParts {
                 .sum::<usize>()
     }
 
-    /// The fastest growth of a part, 1/s; zero where none grows.
+    /// Largest growth rate of any part, 1/s; zero if none grows.
     pub fn growth(&self) -> f64 {
         let oscillations = self.oscillatory.iter().map(|l| l.re);
         let others = self.others.iter().map(|other| match other {
@@ -107,30 +107,30 @@ impl ModalParts {
         oscillations.chain(others).fold(0.0, f64::max)
     }
 
-    /// `Λ` applied to the left: the row c Λ.
+    /// Row `c Λ`, the time derivative of an output row c.
     pub fn rate_row(&self, c: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; c.len()];
         for (k, l) in self.oscillatory.iter().enumerate() {
             out[2 * k] = c[2 * k] * l.re + c[2 * k + 1] * l.im;
             out[2 * k + 1] = c[2 * k + 1] * l.re - c[2 * k] * l.im;
         }
-        let mut at = 2 * self.oscillatory.len();
+        let mut j = 2 * self.oscillatory.len();
         for other in &self.others {
             match other {
-                NonOscillatoryPart::Decay(lambda) => out[at] = c[at] * lambda,
-                NonOscillatoryPart::RigidMotion(lambda) => out[at + 1] = c[at] + c[at + 1] * lambda,
+                NonOscillatoryPart::Decay(lambda) => out[j] = c[j] * lambda,
+                NonOscillatoryPart::RigidMotion(lambda) => out[j + 1] = c[j] + c[j + 1] * lambda,
                 NonOscillatoryPart::Critical { d, square } => {
-                    out[at] = -square * c[at + 1];
-                    out[at + 1] = c[at] - d * c[at + 1];
+                    out[j] = -square * c[j + 1];
+                    out[j + 1] = c[j] - d * c[j + 1];
                 }
-                NonOscillatoryPart::Dense(dense) => dense.rate_of(&c[at..], &mut out[at..]),
+                NonOscillatoryPart::Dense(dense) => dense.rate_of(&c[j..], &mut out[j..]),
             }
-            at += other.count();
+            j += other.count();
         }
         out
     }
 
-    /// `|c|` part by part: of every oscillatory part, then of every other state.
+    /// Moduli of an output row c: of every oscillatory part, then of every other state.
     pub fn part_sizes(&self, c: &[f64]) -> Vec<f64> {
         let two = 2 * self.oscillatory.len();
         let oscillations = c[..two].chunks_exact(2).map(|c| c[0].hypot(c[1]));
@@ -139,7 +139,7 @@ impl ModalParts {
             .collect()
     }
 
-    /// Steady-state response to `Re(b e^{iωt})`; pushes too near a root are left out. `span` is the length of the run, s.
+    /// Steady-state response to `Re(b e^{iωt})` except near-resonant forcing. `span` is the length of the run, s.
     pub fn steady_state(
         &self,
         b: &[Complex],
@@ -149,14 +149,14 @@ impl ModalParts {
         let i = Complex::new(0.0, 1.0);
         let s = i * omega;
         let mut out = vec![Complex::ZERO; b.len()];
-        let mut left = out.clone();
+        let mut residual = out.clone();
         let mut near = Vec::new();
         for (k, &lambda) in self.oscillatory.iter().enumerate() {
             let (x, y) = (b[2 * k], b[2 * k + 1]);
             // β(t) = P e^{iωt} + Q e^{−iωt}
             let p = (x + i * y) * 0.5;
             let q = (x.conj() + i * y.conj()) * 0.5;
-            let mut turn = |push: Complex, signed: f64| {
+            let mut respond = |push: Complex, signed: f64| {
                 let kappa = i * signed - lambda;
                 if push == Complex::ZERO {
                     return Complex::ZERO;
@@ -166,8 +166,8 @@ impl ModalParts {
                         true => (push, -i * push),
                         false => (push.conj(), i * push.conj()),
                     };
-                    left[2 * k] += real;
-                    left[2 * k + 1] += imaginary;
+                    residual[2 * k] += real;
+                    residual[2 * k + 1] += imaginary;
                     near.push(ResonantForcing {
                         part: PartIndex::Oscillatory(k),
                         frequency,
@@ -178,17 +178,17 @@ impl ModalParts {
                 }
                 push / kappa
             };
-            let forward = turn(p, omega);
-            let backward = turn(q, -omega).conj();
+            let forward = respond(p, omega);
+            let backward = respond(q, -omega).conj();
             out[2 * k] = forward + backward;
             out[2 * k + 1] = (forward - backward) * -i;
         }
-        let mut at = 2 * self.oscillatory.len();
+        let mut j = 2 * self.oscillatory.len();
         for (number, other) in self.others.iter().enumerate() {
-            let mut slow = |state: usize| {
-                left[state] = b[state];
+            let mut add_near = |state: usize| {
+                residual[state] = b[state];
                 near.push(ResonantForcing {
-                    part: PartIndex::Other(number, at),
+                    part: PartIndex::Other(number, j),
                     frequency,
                     omega,
                     push: b[state],
@@ -196,32 +196,32 @@ impl ModalParts {
             };
             match other {
                 NonOscillatoryPart::Decay(lambda) if omega.abs().max(lambda.abs()) * span < 1.0 => {
-                    slow(at)
+                    add_near(j)
                 }
-                NonOscillatoryPart::Decay(lambda) => out[at] = b[at] / (s - lambda),
-                NonOscillatoryPart::RigidMotion(_) if omega.abs() * span < 1.0 => slow(at + 1),
+                NonOscillatoryPart::Decay(lambda) => out[j] = b[j] / (s - lambda),
+                NonOscillatoryPart::RigidMotion(_) if omega.abs() * span < 1.0 => add_near(j + 1),
                 NonOscillatoryPart::RigidMotion(lambda) => {
-                    out[at + 1] = b[at + 1] / (s - lambda);
-                    out[at] = out[at + 1] / s;
+                    out[j + 1] = b[j + 1] / (s - lambda);
+                    out[j] = out[j + 1] / s;
                 }
                 NonOscillatoryPart::Critical { d, square } => {
-                    out[at] = b[at + 1] / (s * s + s * d + square);
-                    out[at + 1] = out[at] * s;
+                    out[j] = b[j + 1] / (s * s + s * d + square);
+                    out[j + 1] = out[j] * s;
                 }
-                // It knows its harmonics itself.
+                // Dense parts include their harmonics.
                 NonOscillatoryPart::Dense(dense) => {
-                    left[at..at + dense.count()].copy_from_slice(&b[at..at + dense.count()])
+                    residual[j..j + dense.count()].copy_from_slice(&b[j..j + dense.count()])
                 }
             }
-            at += other.count();
+            j += other.count();
         }
         SteadyState {
             phasors: out,
-            left,
+            residual,
             near,
         }
     }
 }
 
-/// |iω − λ| below this share of |λ| is taken as resonance: apart, a digit would go.
+/// Largest |iω − λ|/|λ| of a near-resonant forcing: separate responses would lose one digit.
 const RESONANCE_RATIO: f64 = 0.1;

@@ -207,7 +207,7 @@ impl SegmentTrajectory {
         let tau = self.trajectory.tau + stride.span;
         let parts = &system.linear.parts;
         self.trajectory
-            .propagator(parts, &system.unused_parts, stride, tau);
+            .advance(parts, &system.unused_parts, stride, tau);
     }
 
     /// The same from a τ nearby, where the way is short.
@@ -317,7 +317,7 @@ impl SegmentTrajectory {
         let (parts, unseen) = (&system.linear.parts, &system.unused_parts);
         for (at, &tau) in times.iter().enumerate() {
             match stride {
-                Some(stride) if at > 0 => self.trajectory.propagator(parts, unseen, stride, tau),
+                Some(stride) if at > 0 => self.trajectory.advance(parts, unseen, stride, tau),
                 _ => self.trajectory.move_to(parts, unseen, tau),
             }
             self.trajectory.update_unseen(parts, unseen);

@@ -1,4 +1,4 @@
-//! Nodes of a measured grid on the flanks of a file: which flanks are measured, which nodes lie on them, how deviations count.
+//! Nodes of a measured grid on the nominal flanks: measured flanks, points and normals of the nodes, signed normal deviations.
 
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -21,16 +21,16 @@ pub(super) fn sides(
     grid: &MeasuredGrid,
 ) -> Result<Vec<usize>, Error> {
     let member = study.member.index();
-    let of = &file.members[member];
-    let named = |side: usize| grid.nodes.iter().any(|node| node.side == Some(side));
-    let described = |side: &usize| of.flanks[*side].is_some();
-    let found: Vec<usize> = match (study.flank, grid.nodes[0].side) {
+    let gear = &file.members[member];
+    let has_nodes = |side: &usize| grid.nodes.iter().any(|node| node.side == Some(*side));
+    let has_settings = |side: &usize| gear.flanks[*side].is_some();
+    let sides: Vec<usize> = match (study.flank, grid.nodes[0].side) {
         (Some(flank), None) => vec![flank.index()],
-        (Some(flank), Some(_)) => [flank.index()].into_iter().filter(|s| named(*s)).collect(),
-        (None, Some(_)) => [0, 1].into_iter().filter(|s| named(*s)).collect(),
-        (None, None) => [0, 1].into_iter().filter(described).collect(),
+        (Some(flank), Some(_)) => [flank.index()].into_iter().filter(has_nodes).collect(),
+        (None, Some(_)) => [0, 1].into_iter().filter(has_nodes).collect(),
+        (None, None) => [0, 1].into_iter().filter(has_settings).collect(),
     };
-    if study.flank.is_none() && grid.nodes[0].side.is_none() && found.len() == 2 {
+    if study.flank.is_none() && grid.nodes[0].side.is_none() && sides.len() == 2 {
         let message = format!(
             "the {} has two flanks and the grid does not name them",
             MEMBERS[member]
@@ -39,70 +39,70 @@ pub(super) fn sides(
             .with_span(&grid.nodes[0].span)
             .with_hint("give --flank concave or convex, or a column `flank` in the grid"));
     }
-    if found.is_empty() {
+    if sides.is_empty() {
         let message = "the grid has no node of the requested flank";
         return Err(Error::new(Code::Conflict, message)
             .with_span(&grid.nodes[0].span)
             .with_hint("omit --flank, or correct the column `flank`"));
     }
-    match found.iter().find(|side| !described(side)) {
-        None => Ok(found),
+    match sides.iter().find(|side| !has_settings(side)) {
+        None => Ok(sides),
         Some(side) => {
             let message = format!(
                 "the {} flank of the {} is measured, but the file has no settings for it",
                 SIDES[*side], MEMBERS[member]
             );
             Err(Error::new(Code::MissingKey, message)
-                .with_span(&of.span)
+                .with_span(&gear.span)
                 .with_hint("describe the flank, or name the measured member by --member"))
         }
     }
 }
 
-/// Largest difference between the components of the nominal normals of a grid and of the flank: another flank differs by more.
-const SAME_NORMAL: f64 = 0.1;
+/// Maximum difference of the nominal unit normals of grid and flank, in axial and radial components.
+const MAX_NORMAL_DIFFERENCE: f64 = 0.1;
 
-/// Share of the nodes that may lie off the flank; where more do, the grid is another gear's.
+/// Maximum share of the nodes off the flank; a larger share indicates the grid of another gear.
 const MAX_OFF_FLANK: f64 = 0.25;
 
 /// Locates the grid points on the nominal flank and collects their normal deviations, positive out of the metal; points off the flank are
-/// left out with a warning.
+/// omitted with a warning.
 pub(super) fn measured_flank(
     file: &BevelFile,
     (member, side): (usize, usize),
     grid: &MeasuredGrid,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<MeasuredFlank, Error> {
-    let of = &file.members[member];
+    let gear = &file.members[member];
     let name = format!("{} flank of the {}", SIDES[side], MEMBERS[member]);
     let missing = || {
         Error::new(
             Code::OutOfRange,
             format!("the cutter of the {name} does not reach the middle of its tooth"),
         )
-        .with_span(&of.span)
+        .with_span(&gear.span)
         .with_hint("check the settings with `geardyn gear`")
     };
     let flank = file.flank(member, side).ok_or_else(missing)?;
-    let cut = of.flanks[side].as_ref().ok_or_else(missing)?;
+    let cut = gear.flanks[side].as_ref().ok_or_else(missing)?;
     let middle = flank.middle().ok_or_else(missing)?;
     let rows: Vec<&GridNode> = (grid.nodes.iter())
         .filter(|node| node.side.is_none_or(|s| s == side))
         .collect();
-    let (mut nodes, mut deviations, mut lost) = (Vec::new(), Vec::new(), None);
+    let (mut nodes, mut deviations, mut off_flank) = (Vec::new(), Vec::new(), None);
     let mut on_flank = Vec::new();
     for row in &rows {
         check_size(row, flank.section.depth())?;
         let Some(node) = FlankNode::of(&flank, row.place, middle) else {
-            lost = lost.or(Some(*row));
+            off_flank = off_flank.or(Some(*row));
             continue;
         };
-        deviations.push(row.deviation * sign(row, &node, &name)?);
+        deviations.push(row.deviation * deviation_sign(row, &node, &name)?);
         nodes.push(node);
         on_flank.push(*row);
     }
     let shares: Vec<[f64; 2]> = nodes.iter().map(|node| node.shares).collect();
-    diagnostics.extend(narrow(&shares, &name));
+    diagnostics.extend(narrow_grid(&shares, &name));
     for (k, departure) in outliers(&shares, &deviations) {
         diagnostics.push(Diagnostic {
             code: "outlier",
@@ -115,13 +115,13 @@ pub(super) fn measured_flank(
             hint: Some("clean the flank and measure the node again, or leave it out".into()),
         });
     }
-    if let Some(row) = lost {
+    if let Some(row) = off_flank {
         let count = rows.len() - nodes.len();
-        let beyond = off(&flank, row);
+        let location = location_text(&flank, row);
         let line = row.span.line();
         if count as f64 > MAX_OFF_FLANK * rows.len() as f64 {
             let message = format!(
-                "{} of {} are not on the {name} (limit {:.0} %): the first {beyond}",
+                "{} of {} are not on the {name} (limit {:.0} %): the first {location}",
                 count,
                 pluralise(rows.len(), "node"),
                 100.0 * MAX_OFF_FLANK
@@ -133,7 +133,7 @@ pub(super) fn measured_flank(
         diagnostics.push(Diagnostic {
             code: "nodes-off-flank",
             message: format!(
-                "{} left out: the blade leaves no flank there (line {line}: {beyond})",
+                "{} left out: the blade leaves no flank there (line {line}: {location})",
                 pluralise(count, "node")
             ),
             hint: Some("measure above the fillet and within the blank".into()),
@@ -145,82 +145,81 @@ pub(super) fn measured_flank(
             machine: cut.settings,
         },
         hand: file.hand_of(member),
-        section: of.section,
+        section: gear.section,
         nodes,
         deviations,
         roots: Vec::new(),
     })
 }
 
-/// Largest deviation, as a share of the depth of the tooth: a larger one is in another unit.
-const LARGEST_DEVIATION: f64 = 0.1;
+/// Maximum deviation relative to the tooth depth; a larger one indicates a wrong unit.
+const MAX_DEVIATION: f64 = 0.1;
 
-/// # Errors
-/// A deviation that is no deviation of a flank.
+/// Checks a deviation against the tooth depth.
 fn check_size(row: &GridNode, depth: f64) -> Result<(), Error> {
-    if row.deviation.abs() <= LARGEST_DEVIATION * depth {
+    if row.deviation.abs() <= MAX_DEVIATION * depth {
         return Ok(());
     }
     let message = format!(
         "a deviation of {:.3} mm on a tooth {:.3} mm deep: more than {:.0} % of it",
         1e3 * row.deviation,
         1e3 * depth,
-        100.0 * LARGEST_DEVIATION
+        100.0 * MAX_DEVIATION
     );
     Err(Error::new(Code::OutOfRange, message)
         .with_span(&row.span)
         .with_hint("check the unit in the head of the column, as in `deviation [µm]`"))
 }
 
-/// Least span of the nodes over face and height, as a share of it, from which shapes along it are known.
-const LEAST_SPAN: f64 = 0.25;
+/// Minimum span of the nodes, relative to face width or tooth height, that determines deviations along it.
+const MIN_SPAN: f64 = 0.25;
 
-/// A warning of nodes that span little of the face or the height.
-fn narrow(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
+/// Warning of a grid that spans too little of the face width or of the tooth height.
+fn narrow_grid(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
     let span = |k: usize| peak_to_peak(&shares.iter().map(|s| s[k]).collect::<Vec<_>>());
-    let (what, span) = [("face", span(0)), ("height", span(1))]
+    let (direction, span) = [("face", span(0)), ("height", span(1))]
         .into_iter()
-        .find(|(_, span)| *span < LEAST_SPAN)?;
+        .find(|(_, span)| *span < MIN_SPAN)?;
     Some(Diagnostic {
         code: "narrow-grid",
         message: format!(
-            "the nodes span {:.0} % of the {what} of the {name}: deviations along it are not determined, and settings that change them poorly",
+            "the nodes span {:.0} % of the {direction} of the {name}: deviations along it are not determined, and settings that change them poorly",
             100.0 * span
         ),
         hint: Some("measure a grid over the whole flank, such as 5 × 9 nodes".into()),
     })
 }
 
-/// The place of a node that is not on the flank, in words.
-fn off(flank: &BevelFlank, row: &GridNode) -> String {
+/// Position of a node off the flank, as text.
+fn location_text(flank: &BevelFlank, row: &GridNode) -> String {
     let [z, radius] = row.place.map(|x| 1e3 * x);
-    let place = format!("lies at z {z:.3} mm, radius {radius:.3} mm");
+    let position = format!("lies at z {z:.3} mm, radius {radius:.3} mm");
     match flank.section.shares(row.place) {
         Some([face, height]) => format!(
-            "{place}, {:.0} % of the face from the toe and {:.0} % of the height from the root",
+            "{position}, {:.0} % of the face from the toe and {:.0} % of the height from the root",
             100.0 * face,
             100.0 * height
         ),
-        None => place,
+        None => position,
     }
 }
 
-/// 1, or −1 where the deviation is counted along a normal into the metal.
-fn sign(row: &GridNode, node: &FlankNode, name: &str) -> Result<f64, Error> {
-    let Some(given) = row.normal else {
+/// Sign of a deviation: −1 for a deviation along a normal into the metal, else 1.
+fn deviation_sign(row: &GridNode, node: &FlankNode, name: &str) -> Result<f64, Error> {
+    let Some(nominal) = row.normal else {
         return Ok(1.0);
     };
     let (r, n) = (node.point.coordinates, node.normal.components);
-    let own = [n.z, (n.x * r.x + n.y * r.y) / row.place[1]];
-    let apart = |sign: f64| f64::hypot(given[0] - sign * own[0], given[1] - sign * own[1]);
-    let sign = if apart(1.0) <= apart(-1.0) { 1.0 } else { -1.0 };
-    if apart(sign) > SAME_NORMAL {
+    let flank = [n.z, (n.x * r.x + n.y * r.y) / row.place[1]];
+    let error = |sign: f64| f64::hypot(nominal[0] - sign * flank[0], nominal[1] - sign * flank[1]);
+    let sign = if error(1.0) <= error(-1.0) { 1.0 } else { -1.0 };
+    if error(sign) > MAX_NORMAL_DIFFERENCE {
         let message = format!(
             "the nominal normal is not that of the {name}: axial {:.3} and radial {:.3}, the flank has {:.3} and {:.3}",
-            given[0],
-            given[1],
-            sign * own[0],
-            sign * own[1]
+            nominal[0],
+            nominal[1],
+            sign * flank[0],
+            sign * flank[1]
         );
         return Err(Error::new(Code::Conflict, message)
             .with_span(&row.span)

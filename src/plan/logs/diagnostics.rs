@@ -27,41 +27,37 @@ fn warning(code: &'static str, message: String, hint: &str) -> Diagnostic {
     }
 }
 
-/// Coherence at a frequency: of the outputs, the best there.
+/// Highest coherence of the outputs at a frequency, Hz; `None` without coherence.
 pub fn coherence_at(responses: &FrequencyResponses, frequency_hz: f64) -> Option<f64> {
     let line = nearest(&responses.frequency_hz, frequency_hz)?;
-    let about = |f: &FrequencyResponse| -> Option<f64> {
+    let best = |f: &FrequencyResponse| -> Option<f64> {
         let coherence = f.coherence.as_ref()?;
-        let near = &coherence[line.saturating_sub(1)..(line + 2).min(coherence.len())];
-        near.iter().copied().reduce(f64::max)
+        let adjacent = &coherence[line.saturating_sub(1)..(line + 2).min(coherence.len())];
+        adjacent.iter().copied().reduce(f64::max)
     };
-    responses
-        .responses
-        .iter()
-        .filter_map(about)
-        .reduce(f64::max)
+    responses.responses.iter().filter_map(best).reduce(f64::max)
 }
 
 fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
     let above = lines.partition_point(|&f| f < frequency_hz);
     let candidates = [above.checked_sub(1), (above < lines.len()).then_some(above)];
-    let off = |&line: &usize| (lines[line] - frequency_hz).abs();
+    let distance = |&line: &usize| (lines[line] - frequency_hz).abs();
     candidates
         .into_iter()
         .flatten()
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// Warnings that the kind of each response raises.
+/// Warnings about transmissibilities and inverse responses, whose poles are not those of the modes.
 pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
-    let of = |f: &FrequencyResponse| {
+    let kind_warning = |f: &FrequencyResponse| {
         let (input, output) = (f.input.as_ref()?, &f.output);
-        let over = format!("{} over {}", output.name, input.name);
+        let quotient = format!("{} over {}", output.name, input.name);
         let units = format!("{} over {}", output.unit, input.unit);
         match ResponseKind::from_units(&input.unit, &output.unit) {
             ResponseKind::Transmissibility => {
                 let message = format!(
-                    "{over} is a transmissibility ({units}): its poles are those of the structure held at {}, not its modes",
+                    "{quotient} is a transmissibility ({units}): its poles are those of the structure held at {}, not its modes",
                     input.name
                 );
                 let hint = "name the channel of the force as --input, or leave --input out";
@@ -69,7 +65,7 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
             }
             ResponseKind::ForceOverMotion(_) => {
                 let message = format!(
-                    "{over} is a force over a motion ({units}): its poles are the zeros of the structure's responses, not its modes"
+                    "{quotient} is a force over a motion ({units}): its poles are the zeros of the structure's responses, not its modes"
                 );
                 let hint = "swap --input and --output: the force is the excitation";
                 Some(warning("inverse-response", message, hint))
@@ -80,12 +76,12 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
     responses
         .responses
         .iter()
-        .find_map(of)
+        .find_map(kind_warning)
         .into_iter()
         .collect()
 }
 
-/// Warning that the stated motion quantity of the responses contradicts their units.
+/// Warning about a stated motion quantity that contradicts the units of the responses.
 pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Option<Diagnostic> {
     const KINDS: [&str; 3] = ["receptance", "mobility", "accelerance"];
     let stated = stated?;
@@ -112,8 +108,8 @@ pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> 
     }
 }
 
-/// Warnings about a fit that misses a response by half its size, on the lines where the response exceeds its own variance: without
-/// excitation there is none to miss. `fitted` is what the fit has on a line, Hz, by response.
+/// Warning about a poor fit: a misfit above half the response, on the lines where the response exceeds its variance. `fitted` gives
+/// the synthesised responses at a line, Hz.
 pub fn check_fit(
     responses: &FrequencyResponses,
     band_hz: (f64, f64),
@@ -136,59 +132,59 @@ pub fn check_fit(
             }
         }
     }
-    let missed: Vec<String> = (responses.responses.iter().zip(sums))
-        .map(|(f, (off, size))| (f, if size > 0.0 { (off / size).sqrt() } else { 0.0 }))
+    let misfits: Vec<String> = (responses.responses.iter().zip(sums))
+        .map(|(f, (sum, size))| (f, if size > 0.0 { (sum / size).sqrt() } else { 0.0 }))
         .filter(|(_, error)| !(*error <= MAX_MISFIT))
         .map(|(f, error)| format!("{} by {:.0} %", f.output.name, 100.0 * error))
         .collect();
-    (!missed.is_empty()).then(|| {
+    (!misfits.is_empty()).then(|| {
         let message = format!(
             "the fit misses {} of its size: modes and intervals rest on what it does not describe",
-            missed.join(", ")
+            misfits.join(", ")
         );
         warning("poor-fit", message, "take another --method or a narrower --band; check whether input and output are the right channels")
     })
 }
 
-/// True if the responses exceed their own variance inside a band: somewhere, on more lines than by chance.
+/// True if a response exceeds its variance on more lines of a band than by chance.
 pub fn has_significant_response(responses: &FrequencyResponses, band_hz: (f64, f64)) -> bool {
-    // |H|² over its variance is above this on one line in a hundred by chance, and on one in thirty where the variance itself is known
-    // from few averages; neighbours under a window go together.
+    // |H|² over its variance exceeds this by chance on one line in a hundred, and on one in thirty if the variance is from few averages;
+    // a window correlates neighbouring lines.
     const LINE_SIGNIFICANCE: f64 = 12.0;
     const CHANCE_SHARE: f64 = 0.03;
     const GROUP_SIGNIFICANCE: f64 = 3.0;
-    let inside: Vec<usize> = (0..responses.frequency_hz.len())
+    let in_band: Vec<usize> = (0..responses.frequency_hz.len())
         .filter(|&k| (band_hz.0..=band_hz.1).contains(&responses.frequency_hz[k]))
         .collect();
-    let stands_out = |f: &FrequencyResponse| {
+    let is_significant = |f: &FrequencyResponse| {
         let Some(variance) = &f.variance else {
             return true;
         };
-        let beyond = |&&k: &&usize| f.values[k].norm_sqr() > LINE_SIGNIFICANCE * variance[k];
-        let count = inside.iter().filter(beyond).count() as f64;
-        let expected = CHANCE_SHARE * inside.len() as f64;
+        let exceeds = |&&k: &&usize| f.values[k].norm_sqr() > LINE_SIGNIFICANCE * variance[k];
+        let count = in_band.iter().filter(exceeds).count() as f64;
+        let expected = CHANCE_SHARE * in_band.len() as f64;
         count > expected + GROUP_SIGNIFICANCE * (GROUP_SIGNIFICANCE * expected).sqrt()
     };
-    inside.is_empty() || responses.responses.iter().any(stands_out)
+    in_band.is_empty() || responses.responses.iter().any(is_significant)
 }
 
-/// Warnings about modes found in measured responses.
+/// Warnings about modes identified from measured responses.
 pub fn check_modes(
     responses: &FrequencyResponses,
     estimated_responses: Option<&EstimatedResponses>,
     modes: &[ModalParameters],
 ) -> Vec<Diagnostic> {
-    let mut all = Vec::new();
-    let names = |picked: Vec<String>| picked.join(", ");
+    let mut warnings = Vec::new();
+    let list = |frequencies: Vec<String>| frequencies.join(", ");
     let hertz = |m: &ModalParameters| format!("{:.4} Hz", m.frequency_hz());
-    let low: Vec<String> = modes
+    let incoherent: Vec<String> = modes
         .iter()
         .filter(|m| coherence_at(responses, m.frequency_hz()).is_some_and(|c| c < MIN_COHERENCE))
         .map(hertz)
         .collect();
-    if !low.is_empty() {
-        let message = format!("coherence is below {MIN_COHERENCE} at {}", names(low));
-        all.push(warning(
+    if !incoherent.is_empty() {
+        let message = format!("coherence is below {MIN_COHERENCE} at {}", list(incoherent));
+        warnings.push(warning(
             "low-coherence",
             message,
             "excite more strongly there, take more averages, or check for a second source",
@@ -200,14 +196,14 @@ pub fn check_modes(
         .map(|w| w[1] - w[0])
         .reduce(f64::min)
         .unwrap_or(0.0);
-    let least = estimated_responses.map_or(0.0, |a| a.smearing_limit_lines);
+    let min_lines = estimated_responses.map_or(0.0, |a| a.smearing_limit_lines);
     let narrow: Vec<String> = modes
         .iter()
-        .filter(|m| 2.0 * m.damping_ratio() * m.frequency_hz() < least * step)
+        .filter(|m| 2.0 * m.damping_ratio() * m.frequency_hz() < min_lines * step)
         .map(hertz)
         .collect();
     if !narrow.is_empty() {
-        let (what, hint) = match estimated_responses.and_then(|a| a.finest_resolution_hz) {
+        let (effect, hint) = match estimated_responses.and_then(|a| a.finest_resolution_hz) {
             Some(_) => (
                 "the record resolves it no better, and damping may be off by a few per cent",
                 "take a longer record",
@@ -218,12 +214,12 @@ pub fn check_modes(
             ),
         };
         let message = format!(
-            "the half-power bandwidth is below {least} lines at {}: {what}",
-            names(narrow)
+            "the half-power bandwidth is below {min_lines} lines at {}: {effect}",
+            list(narrow)
         );
-        all.push(warning("leakage", message, hint));
+        warnings.push(warning("leakage", message, hint));
     }
-    all.extend(check_line_count(responses, estimated_responses, modes));
+    warnings.extend(check_line_count(responses, estimated_responses, modes));
     if let Some(n) = responses.averages.filter(|n| *n < MIN_AVERAGES && *n > 1.0) {
         let has_intervals = modes.iter().any(|m| m.pole_covariance.is_some());
         let message = match has_intervals || modes.is_empty() {
@@ -234,20 +230,20 @@ pub fn check_modes(
                 "{n:.1} independent averages: too few for intervals of the modes, which are not stated"
             ),
         };
-        all.push(warning(
+        warnings.push(warning(
             "few-averages",
             message,
             "take a longer record or more hits",
         ));
     }
     if let Some(spectra) = estimated_responses.and_then(|a| a.spectra.as_ref()) {
-        all.extend(check_spectra(responses, spectra, modes));
+        warnings.extend(check_spectra(responses, spectra, modes));
     }
-    all
+    warnings
 }
 
-/// Warning about modes supported by few lines of a stepped sine or of imported responses. What rings out inside the block of a hit needs no
-/// more than it has.
+/// Warning about modes with few lines in the half-power band, for a stepped sine or imported responses. A decay within the block of a hit
+/// needs no more lines.
 fn check_line_count(
     responses: &FrequencyResponses,
     estimated_responses: Option<&EstimatedResponses>,
@@ -257,16 +253,16 @@ fn check_line_count(
         return None;
     }
     let lines = &responses.frequency_hz;
-    let in_half_power = |m: &ModalParameters| {
+    let n_lines = |m: &ModalParameters| {
         let f = m.frequency_hz();
         let above = lines
             .partition_point(|&line| line < f)
             .clamp(1, lines.len().max(2) - 1);
-        let apart = lines.get(above)? - lines[above - 1];
-        Some(2.0 * m.damping_ratio() * f / apart)
+        let spacing = lines.get(above)? - lines[above - 1];
+        Some(2.0 * m.damping_ratio() * f / spacing)
     };
     let few: Vec<String> = (modes.iter())
-        .filter_map(|m| in_half_power(m).map(|n| (m, n)))
+        .filter_map(|m| n_lines(m).map(|n| (m, n)))
         .filter(|(_, n)| *n < MIN_LINES_PER_MODE)
         .map(|(m, n)| format!("{:.4} Hz ({n:.1})", m.frequency_hz()))
         .collect();
@@ -283,13 +279,13 @@ fn check_line_count(
     })
 }
 
-/// Warnings about the spectra behind the responses: inputs first, then outputs.
+/// Warnings about feedback to the inputs and aliasing, from the spectra of the responses: inputs first, then outputs.
 fn check_spectra(
     responses: &FrequencyResponses,
     spectra: &Spectra,
     modes: &[ModalParameters],
 ) -> Vec<Diagnostic> {
-    let mut all = Vec::new();
+    let mut warnings = Vec::new();
     let table = responses.index_matrix();
     let inputs = table.first().map_or(&[][..], Vec::as_slice);
     let names: Vec<&str> = (inputs.iter().map(|&f| &responses.responses[f]))
@@ -297,41 +293,41 @@ fn check_spectra(
         .chain(table.iter().map(|row| &responses.responses[row[0]].output))
         .map(|t| t.name.as_str())
         .collect();
-    // A force that swells at the modes is answered by the motion it drives: a shaker's force dips there.
+    // A force that peaks at the modes indicates feedback of the motion: the force of a shaker dips there.
     const MAX_POWER_RISE: f64 = 10.0;
-    let swells = |input: &[f64], m: &ModalParameters| {
+    let is_peaked = |input: &[f64], m: &ModalParameters| {
         let half_width = (m.damping_ratio() * m.frequency_hz()).max(2.0 * spectra.bandwidth_hz);
-        let within = |low: f64, high: f64| -> Option<f64> {
-            let from = spectra.frequency_hz.partition_point(|&f| f < low);
-            let to = spectra.frequency_hz.partition_point(|&f| f < high);
-            let part = input.get(from..to).filter(|p| !p.is_empty())?;
-            Some(part.iter().sum::<f64>() / part.len() as f64)
+        let mean_power = |low: f64, high: f64| -> Option<f64> {
+            let first = spectra.frequency_hz.partition_point(|&f| f < low);
+            let end = spectra.frequency_hz.partition_point(|&f| f < high);
+            let lines = input.get(first..end).filter(|p| !p.is_empty())?;
+            Some(lines.iter().sum::<f64>() / lines.len() as f64)
         };
         let f = m.frequency_hz();
-        let (here, below, above) = (
-            within(f - half_width, f + half_width),
-            within(f - 12.0 * half_width, f - 6.0 * half_width),
-            within(f + 6.0 * half_width, f + 12.0 * half_width),
+        let (at_mode, below, above) = (
+            mean_power(f - half_width, f + half_width),
+            mean_power(f - 12.0 * half_width, f - 6.0 * half_width),
+            mean_power(f + 6.0 * half_width, f + 12.0 * half_width),
         );
-        matches!((here, below, above), (Some(here), Some(below), Some(above)) if here > MAX_POWER_RISE * below.max(above))
+        matches!((at_mode, below, above), (Some(at_mode), Some(below), Some(above)) if at_mode > MAX_POWER_RISE * below.max(above))
     };
-    let closed: Vec<String> = modes
+    let fed_back: Vec<String> = modes
         .iter()
         .filter(|m| {
             spectra
                 .psd
                 .iter()
                 .take(inputs.len())
-                .any(|input| swells(input, m))
+                .any(|input| is_peaked(input, m))
         })
         .map(|m| format!("{:.4} Hz", m.frequency_hz()))
         .collect();
-    if !closed.is_empty() {
+    if !fed_back.is_empty() {
         let message = format!(
             "the input itself peaks at {}: force and motion may feed each other (a cut with regeneration, a shaker without control), which biases H1",
-            closed.join(", ")
+            fed_back.join(", ")
         );
-        all.push(warning(
+        warnings.push(warning(
             "closed-loop",
             message,
             "identify with an excitation that is independent of the motion, such as a hammer",
@@ -339,16 +335,16 @@ fn check_spectra(
     }
     for (channel, psd) in spectra.psd.iter().enumerate() {
         let n = psd.len();
-        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
-        let (top, all_lines) = (mean(&psd[n - n / 20 - 1..]), mean(&psd[1..]));
-        // Without a filter in front of the converter the spectrum does not fall towards half the rate.
+        let mean = |lines: &[f64]| lines.iter().sum::<f64>() / lines.len().max(1) as f64;
+        let (top, mean_all) = (mean(&psd[n - n / 20 - 1..]), mean(&psd[1..]));
+        // Without an anti-alias filter the spectrum does not fall towards half the sample rate.
         const ALIASING_RATIO: f64 = 1.0;
-        if top > ALIASING_RATIO * all_lines && n > 40 {
+        if top > ALIASING_RATIO * mean_all && n > 40 {
             let message = format!(
                 "{} has as much power near half the sample rate as elsewhere: aliasing cannot be distinguished from signal",
                 names.get(channel).unwrap_or(&"a channel")
             );
-            all.push(warning(
+            warnings.push(warning(
                 "aliasing",
                 message,
                 "measure with an anti-alias filter, or at a higher rate",
@@ -356,10 +352,10 @@ fn check_spectra(
             break;
         }
     }
-    all
+    warnings
 }
 
-/// The shift an exponential window puts on a damping ratio.
+/// Increase of a damping ratio by an exponential window of decay rate `decay`, 1/s.
 pub fn window_damping_ratio(decay: f64, frequency_hz: f64) -> f64 {
     decay / (TAU * frequency_hz)
 }

@@ -1,4 +1,4 @@
-//! Modal identification from FRFs: poles over rising orders or per peak, then shapes and residues.
+//! Modal identification from FRFs: poles by model order or by peak, then mode shapes and residues by LSFD.
 
 use std::f64::consts::TAU;
 
@@ -28,30 +28,30 @@ use crate::spectrum::integrate::MotionQuantity;
 
 /// Result of a modal identification from frequency responses.
 pub struct ModalIdentification {
-    /// Modes, the window taken off.
+    /// Modes, corrected for the exponential window.
     pub modes: Vec<IdentifiedMode>,
     /// Selection rule that separates modes from other poles.
     pub selection_rule: String,
-    /// Poles of all orders, or peaks.
+    /// Stabilisation diagram, or picked peaks.
     pub evidence: Evidence,
-    /// Transfer functions, the window taken off.
+    /// Transfer functions, corrected for the exponential window.
     pub functions: Vec<TransferFunction>,
-    /// Misfit by response.
+    /// Relative rms misfit by response.
     pub fit_error: Vec<f64>,
-    /// Warnings.
+    /// Data-quality warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// The highest order of the methods that have none of their own: 30 modes.
+/// Maximum model order of LSCE and RFP: 30 modes.
 const DEFAULT_MAX_ORDER: usize = 60;
 
-/// Peaks below this share of the largest are not looked at one by one.
+/// Minimum height of a peak for a circle fit, relative to the largest peak.
 const MIN_PEAK_SHARE: f64 = 0.05;
 
 /// Identifies poles, shapes and residues from the spectral lines inside the band, by pLSCF, LSCE, RFP or circle fits.
 ///
 /// # Errors
-/// Those of the method; responses without information.
+/// Errors of the method; responses without information.
 pub fn identify_modal(
     method: IdentificationMethod,
     responses: &FrequencyResponses,
@@ -59,40 +59,40 @@ pub fn identify_modal(
     study: &IdentifyStudy,
 ) -> Result<ModalIdentification, Error> {
     let is_line = |f: f64| f > 0.0 && (band_hz.0..=band_hz.1).contains(&f);
-    let kept: Vec<usize> = (0..responses.frequency_hz.len())
+    let indices: Vec<usize> = (0..responses.frequency_hz.len())
         .filter(|&k| is_line(responses.frequency_hz[k]) && responses.is_determined(k))
         .collect();
-    let lines: Vec<f64> = kept.iter().map(|&k| responses.frequency_hz[k]).collect();
-    let inside = |&f: &usize| -> Vec<Complex> {
+    let lines: Vec<f64> = indices.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let at_lines = |&f: &usize| -> Vec<Complex> {
         let value = &responses.responses[f].values;
-        kept.iter().map(|&k| value[k]).collect()
+        indices.iter().map(|&k| value[k]).collect()
     };
     let table = responses.index_matrix();
     let rows: Vec<Vec<Vec<Complex>>> = (table.iter())
-        .map(|row| row.iter().map(inside).collect())
+        .map(|row| row.iter().map(at_lines).collect())
         .collect();
     let measured = MeasuredFrf::new(&lines, &rows)?;
     let values = rows.concat();
     let level = sdof::summed_response(&values);
     let quantities = motion_candidates(responses, study);
-    let (mut modes, rule, evidence) = match method {
+    let (mut modes, selection_rule, evidence) = match method {
         IdentificationMethod::Circle => circle_fits(&lines, &values, level, quantities[0]),
         _ => {
             let rule = SelectionRule::default();
-            let (orders, chosen, sentence) = match sub_bands::sub_bands(&measured)
+            let (orders, selected, rule_text) = match sub_bands::sub_bands(&measured)
                 .filter(|_| method == IdentificationMethod::Plscf)
             {
-                Some(parts) => {
-                    let (orders, chosen) = sub_bands::plscf_by_sub_band(&parts, &rule)?;
-                    (orders, chosen, sub_bands::rule_text(&parts, &rule))
+                Some(bands) => {
+                    let (orders, selected) = sub_bands::plscf_by_sub_band(&bands, &rule)?;
+                    (orders, selected, sub_bands::rule_text(&bands, &rule))
                 }
                 None => {
                     let orders = poles_by_order(method, &measured)?;
-                    let chosen = select_modes(&orders, measured.frequency_resolution_hz(), &rule);
-                    (orders, chosen, rule.rule_text())
+                    let selected = select_modes(&orders, measured.frequency_resolution_hz(), &rule);
+                    (orders, selected, rule.rule_text())
                 }
             };
-            let modes = chosen.into_iter().map(|s| IdentifiedMode {
+            let modes = selected.into_iter().map(|s| IdentifiedMode {
                 presence: Some(s.presence),
                 scatter_hz: Some(s.scatter_hz),
                 ..IdentifiedMode::from(s.mode)
@@ -102,36 +102,36 @@ pub fn identify_modal(
                 level: (lines.clone(), level),
                 omitted: Vec::new(),
             };
-            (modes.collect(), sentence, Evidence::Diagram(diagram))
+            (modes.collect(), rule_text, Evidence::Diagram(diagram))
         }
     };
     limit_modes(&mut modes, study.order);
-    let mut found = ModalIdentification {
+    let mut identification = ModalIdentification {
         modes,
-        selection_rule: rule,
+        selection_rule,
         evidence,
         functions: Vec::new(),
         fit_error: Vec::new(),
         diagnostics: Vec::new(),
     };
-    found.add_residues(responses, &table, &measured, &quantities)?;
-    if let Evidence::Diagram(diagram) = &mut found.evidence {
+    identification.add_residues(responses, &table, &measured, &quantities)?;
+    if let Evidence::Diagram(diagram) = &mut identification.evidence {
         let rule = SelectionRule::default();
-        diagram.omitted = columns(&diagram.poles, &found.modes, band_hz, &rule);
+        diagram.omitted = columns(&diagram.poles, &identification.modes, band_hz, &rule);
     }
-    Ok(found)
+    Ok(identification)
 }
 
-/// Keeps the requested number of modes: those most orders agree about, of modes without orders the first ones; by rising frequency.
+/// Reduces the modes to the requested number, those with the largest presence over the orders first, and sorts them by frequency.
 fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
     sort_falling(modes, |m| m.presence.unwrap_or(0.0));
     modes.truncate(order.unwrap_or(usize::MAX));
     sort_rising(modes, |a| a.frequency_hz());
 }
 
-/// Possible motion quantities of the responses: as declared, by their units, else displacement or acceleration.
+/// Candidate motion quantities of the responses: as declared, by their units, else displacement or acceleration.
 fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<MotionQuantity> {
-    let of = |times: u8| match times {
+    let quantity = |derivative_order: u8| match derivative_order {
         0 => MotionQuantity::Displacement,
         1 => MotionQuantity::Velocity,
         _ => MotionQuantity::Acceleration,
@@ -140,11 +140,11 @@ fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> V
         .map(|f| ResponseKind::from_units(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     match (study.derivative, kinds.first()) {
-        (Some(times), _) => vec![of(times)],
-        (None, Some(ResponseKind::MotionOverForce(times)))
+        (Some(order), _) => vec![quantity(order)],
+        (None, Some(ResponseKind::MotionOverForce(order)))
             if kinds.iter().all(|k| k == &kinds[0]) =>
         {
-            vec![of(*times)]
+            vec![quantity(*order)]
         }
         (None, Some(ResponseKind::Unknown)) => {
             vec![MotionQuantity::Displacement, MotionQuantity::Acceleration]
@@ -153,26 +153,26 @@ fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> V
     }
 }
 
-/// Poles of all orders.
+/// Poles of every model order, by the method.
 fn poles_by_order(
     method: IdentificationMethod,
     measured: &MeasuredFrf,
 ) -> Result<Vec<OrderPoles>, Error> {
-    let lines = measured.n_lines();
+    let n_lines = measured.n_lines();
     match method {
-        // A fifth of the equations each for an unknown, as the method asks.
+        // LSCE limits its order to 2/5 of the number of spectral lines.
         IdentificationMethod::Lsce => {
-            lsce::lsce(measured, DEFAULT_MAX_ORDER.min(lines * 2 / 5) / 2 * 2)
+            lsce::lsce(measured, DEFAULT_MAX_ORDER.min(n_lines * 2 / 5) / 2 * 2)
         }
         IdentificationMethod::Rfp => rfp::rfp(
             measured,
-            DEFAULT_MAX_ORDER.min((lines / 2).saturating_sub(2)) / 2 * 2,
+            DEFAULT_MAX_ORDER.min((n_lines / 2).saturating_sub(2)) / 2 * 2,
         ),
         _ => plscf(measured, &PlscfOptions::default()),
     }
 }
 
-/// One mode for each peak by a circle fit, compared with the half-power method; those of the highest peaks first.
+/// Modes by a circle fit of each peak, checked by the half-power method, in order of falling peak height.
 fn circle_fits(
     lines: &[f64],
     values: &[Vec<Complex>],
@@ -180,7 +180,7 @@ fn circle_fits(
     quantity: MotionQuantity,
 ) -> (Vec<IdentifiedMode>, String, Evidence) {
     let (mut modes, mut picked) = (Vec::new(), Vec::new());
-    let ends = (lines[0], lines[lines.len() - 1]);
+    let band_hz = (lines[0], lines[lines.len() - 1]);
     for (peak, (from, to)) in sdof::separate_peaks(&level, MIN_PEAK_SHARE) {
         let share = |r: &&Vec<Complex>| {
             let largest = r
@@ -194,15 +194,15 @@ fn circle_fits(
         };
         let half_power = sdof::half_power(lines, response, peak, quantity).ok();
         let fit = sdof::circle_fit(&lines[from..=to], &response[from..=to], quantity);
-        let most = SelectionRule::default().max_damping_ratio;
+        let limit = SelectionRule::default().max_damping_ratio;
         let reason = match &fit {
             Err(error) => error.message.clone(),
-            Ok(mode) if mode.damping_ratio() > most => format!(
+            Ok(mode) if mode.damping_ratio() > limit => format!(
                 "the circle fit gives a damping ratio of {:.0} % (limit {:.0} %)",
                 100.0 * mode.damping_ratio(),
-                100.0 * most
+                100.0 * limit
             ),
-            Ok(mode) if !natural_frequency_is_in_band(mode.pole, ends) => {
+            Ok(mode) if !natural_frequency_is_in_band(mode.pole, band_hz) => {
                 "the circle fit gives a natural frequency outside the band".to_string()
             }
             Ok(mode) => half_power
@@ -236,31 +236,31 @@ fn circle_fits(
     (modes, rule, Evidence::Peaks(peaks))
 }
 
-/// Disagreement of circle fit and half-power method beyond the effect of a neighbour's skirt on one of them.
+/// Message where circle fit and half-power method differ by more than the residual of a neighbouring mode explains.
 fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -> Option<String> {
-    /// Half-bandwidths of the wider, and times the damping.
-    const MAX_FREQUENCY_DIFFERENCE: f64 = 1.0;
+    const MAX_FREQUENCY_DIFFERENCE: f64 = 1.0; // half-power half-bandwidths of the wider resonance
     const MAX_DAMPING_RATIO_FACTOR: f64 = 2.0;
-    let width = |m: &ModalParameters| m.frequency_hz() * m.damping_ratio();
-    let apart = (circle.frequency_hz() - half_power.frequency_hz()).abs();
+    let half_width_hz = |m: &ModalParameters| m.frequency_hz() * m.damping_ratio();
+    let distance_hz = (circle.frequency_hz() - half_power.frequency_hz()).abs();
     let ratio = circle.damping_ratio() / half_power.damping_ratio();
-    let agree = apart < MAX_FREQUENCY_DIFFERENCE * width(circle).max(width(half_power))
+    let agree = distance_hz
+        < MAX_FREQUENCY_DIFFERENCE * half_width_hz(circle).max(half_width_hz(half_power))
         && (1.0 / MAX_DAMPING_RATIO_FACTOR..=MAX_DAMPING_RATIO_FACTOR).contains(&ratio);
     (!agree).then(|| {
-        let words = |m: &ModalParameters| {
+        let text = |m: &ModalParameters| {
             let (f, d) = (m.frequency_hz(), 100.0 * m.damping_ratio());
             format!("{f:.4} Hz and {d:.2} %")
         };
         format!(
             "the circle fit gives {}, half power {}: this is not a single resonance",
-            words(circle),
-            words(half_power)
+            text(circle),
+            text(half_power)
         )
     })
 }
 
 impl ModalIdentification {
-    /// Shapes, transfer functions and misfit; the better of several quantities.
+    /// Adds shapes, transfer functions and misfits, in the motion quantity of least misfit.
     fn add_residues(
         &mut self,
         responses: &FrequencyResponses,
@@ -279,8 +279,8 @@ impl ModalIdentification {
             for (o, i, f) in table_cells(table) {
                 errors[f] = fit.misfit(measured, o, i);
             }
-            let size = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
-            if best.as_ref().is_none_or(|b| size(&errors) < size(&b.1)) {
+            let cost = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
+            if best.as_ref().is_none_or(|b| cost(&errors) < cost(&b.1)) {
                 best = Some((fit, errors));
             }
         }
@@ -304,16 +304,16 @@ impl ModalIdentification {
                 fit_error: &errors,
             },
         )?;
-        for (k, found) in self.modes.iter_mut().enumerate() {
-            found.set_shape(fit.mode_shape(k)?);
-            found.mode = without_window(&found.mode, responses.window_decay);
+        for (k, mode) in self.modes.iter_mut().enumerate() {
+            mode.set_shape(fit.mode_shape(k)?);
+            mode.mode = without_window(&mode.mode, responses.window_decay);
         }
         self.fit_error = errors;
         Ok(())
     }
 }
 
-/// Output, input and function of every cell of a table.
+/// Output, input and response index of every cell of the FRF matrix.
 fn table_cells(table: &[Vec<usize>]) -> impl Iterator<Item = (usize, usize, usize)> {
     let row = |(o, row): (usize, &Vec<usize>)| {
         let cells: Vec<_> = row.iter().enumerate().map(|(i, &f)| (o, i, f)).collect();

@@ -31,11 +31,11 @@ use crate::recording::signals::Recording;
 
 /// Input of an identification.
 pub enum IdentificationInput<'a> {
-    /// Signals.
+    /// One recording.
     Signals(&'a Recording),
-    /// Signals of other points in every record.
+    /// Records of one test, each of other points.
     Points(&'a [PointRecord]),
-    /// Responses that somebody else estimated.
+    /// Frequency responses of a file.
     Responses(FrequencyResponses),
 }
 
@@ -48,11 +48,11 @@ pub fn method(study: &IdentifyStudy, has_responses: bool) -> IdentificationMetho
     }
 }
 
-/// Identifies.
+/// Identifies modes and transfer functions by any method.
 ///
 /// # Errors
-/// Those of the stages: channels that are not there or hold nothing, nothing to fit, a band without lines; `usage` where the method does
-/// not go with what is named.
+/// Errors of the stages: missing or constant channels, no data to fit, a band without lines; `usage` if the method contradicts the named
+/// channels or flags.
 pub fn identify(
     source: IdentificationInput,
     study: &IdentifyStudy,
@@ -78,9 +78,9 @@ pub fn identify(
             )
         }
         IdentificationInput::Signals(recording) => {
-            let mut found = of_recording(recording, study)?;
-            found.add_rate_std(recording.rate_std);
-            Ok(found)
+            let mut result = identify_recording(recording, study)?;
+            result.add_rate_std(recording.rate_std);
+            Ok(result)
         }
         IdentificationInput::Points(records) => {
             let method = method(study, false);
@@ -99,21 +99,21 @@ pub fn identify(
                 .map(|r| r.recording.rate_std)
                 .fold(0.0, f64::max);
             let points = Points::new(records)?;
-            let mut found = estimate_and_fit(method, points.has_gaps(), study, |request| {
+            let mut result = estimate_and_fit(method, points.has_gaps(), study, |request| {
                 points.acquire(&study.estimate, request)
             })?;
-            if let (Some(fit), Some(responses)) = (found.fit(), &found.responses) {
+            if let (Some(fit), Some(responses)) = (result.fit(), &result.responses) {
                 let differing = pole_consistency::check_files(&points.files(), responses, fit);
-                found.diagnostics.extend(differing);
+                result.diagnostics.extend(differing);
             }
-            found.add_rate_std(rate_std);
-            Ok(found)
+            result.add_rate_std(rate_std);
+            Ok(result)
         }
     }
 }
 
-/// Identifies from the signals of one recording.
-fn of_recording(
+/// Identifies modes from the signals of one recording.
+fn identify_recording(
     recording: &Recording,
     study: &IdentifyStudy,
 ) -> Result<IdentificationResult, Error> {
@@ -121,13 +121,13 @@ fn of_recording(
     let outputs = segment_samples::channel_indices(recording, &study.outputs)?;
     let mut method = method(study, false);
     let mut not_decaying = None;
-    let is_chosen = method == IdentificationMethod::SsiCov
+    let is_default = method == IdentificationMethod::SsiCov
         && study.method.is_none()
         && study.speed_hz.is_none();
-    if (is_chosen || method == IdentificationMethod::FreeDecay) && !outputs.is_empty() {
+    if (is_default || method == IdentificationMethod::FreeDecay) && !outputs.is_empty() {
         let decays = free_decay::decaying_segments(recording, &outputs)?;
         not_decaying = free_decay::other_files(recording, &decays);
-        if is_chosen {
+        if is_default {
             if let Some(message) = not_decaying {
                 return Err(Error::new(Code::Conflict, message).with_hint(
                     "leave it out; or name the method: --method free-decay takes all files as decays, --method ssi-cov the longest as driven by noise",
@@ -141,7 +141,7 @@ fn of_recording(
     check_flags(method, study)?;
     check_roles(method, &inputs, &outputs, recording)?;
     segment_samples::check_channels(recording, &inputs, &outputs)?;
-    let sound = fault_free::without_faults(recording, &inputs, &outputs)?;
+    let checked = fault_free::without_faults(recording, &inputs, &outputs)?;
     if method.required_data() != RequiredData::Responses {
         if study.estimate != FrfStudy::default() {
             let message = format!(
@@ -152,8 +152,8 @@ fn of_recording(
                 .with_hint("leave them out, or name the excitation channel: --input"));
         }
         if method == IdentificationMethod::FreeDecay {
-            let mut found = of_decays(&sound, &outputs, study)?;
-            found.diagnostics.extend(not_decaying.map(|message| {
+            let mut result = identify_decays(&checked, &outputs, study)?;
+            result.diagnostics.extend(not_decaying.map(|message| {
                 Diagnostic {
                     code: "no-decay",
                     message,
@@ -163,48 +163,48 @@ fn of_recording(
                     ),
                 }
             }));
-            return Ok(found);
+            return Ok(result);
         }
-        let recording = sound.unclipped(SegmentUse::Longest);
-        let mut found = identify_signals(method, &recording.0, &inputs, &outputs, study)?;
-        found.diagnostics.splice(0..0, recording.1);
-        return Ok(found);
+        let recording = checked.unclipped(SegmentUse::Longest);
+        let mut result = identify_signals(method, &recording.0, &inputs, &outputs, study)?;
+        result.diagnostics.splice(0..0, recording.1);
+        return Ok(result);
     }
-    let has_gaps = sound.recording.segments.len() > recording.files.len().max(1);
-    let mut found = estimate_and_fit(method, has_gaps, study, |request| {
-        frf_estimation::estimate_responses(&sound, &inputs, &outputs, &study.estimate, request)
+    let has_gaps = checked.recording.segments.len() > recording.files.len().max(1);
+    let mut result = estimate_and_fit(method, has_gaps, study, |request| {
+        frf_estimation::estimate_responses(&checked, &inputs, &outputs, &study.estimate, request)
     })?;
     if recording.files.len() > 1 {
-        for low in found
+        for diagnostic in result
             .diagnostics
             .iter_mut()
             .filter(|w| w.code == "low-coherence")
         {
-            low.hint = Some("files of several points are joined by --roving; else excite more strongly there, take more averages, or check for a second source".to_string());
+            diagnostic.hint = Some("files of several points are joined by --roving; else excite more strongly there, take more averages, or check for a second source".to_string());
         }
     }
-    if let ([input], true) = (&inputs[..], found.hits.is_empty()) {
-        let modes: Vec<ModalParameters> = found.modes.iter().map(|m| m.mode.clone()).collect();
-        let (record, _) = sound.unclipped(SegmentUse::Blocks);
-        let shifts = level_linearity::check_record(&record, *input, &outputs, &modes)?;
-        found.diagnostics.extend(shifts);
+    if let ([input], true) = (&inputs[..], result.hits.is_empty()) {
+        let modes: Vec<ModalParameters> = result.modes.iter().map(|m| m.mode.clone()).collect();
+        let (record, _) = checked.unclipped(SegmentUse::Blocks);
+        let level_shifts = level_linearity::level_shift_warning(&record, *input, &outputs, &modes)?;
+        result.diagnostics.extend(level_shifts);
     }
-    Ok(found)
+    Ok(result)
 }
 
 impl IdentificationResult {
-    /// Adds the relative standard deviation of the sample rate to those of the poles, which scale with it.
+    /// Adds the relative standard deviation of the sample rate to the uncertainty of the poles.
     fn add_rate_std(&mut self, rate_std: f64) {
         let modes = self.modes.iter_mut().chain(&mut self.weak);
         modes.for_each(|m| m.mode.add_scale_uncertainty(rate_std));
     }
 }
 
-/// Fewest lines in the half-power band of the narrowest mode; a second estimate requests so many.
+/// Minimum number of lines in the half-power band of the narrowest mode, and the number a second estimate requests.
 const MIN_LINES_PER_MODE: f64 = 4.0;
 const LINES_PER_MODE_REQUESTED: f64 = 6.0;
 
-/// Responses and their modes: a first look, and a second with lines nearer to each other where a mode found is narrow.
+/// Estimates responses and fits their modes, again at a finer resolution if an identified mode is too narrow.
 fn estimate_and_fit(
     method: IdentificationMethod,
     has_gaps: bool,
@@ -220,10 +220,10 @@ fn estimate_and_fit(
         let start = Instant::now();
         let mut estimated_responses = acquire(request)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
-        let nearest = estimated_responses.finest_resolution_hz;
-        let apart = line_spacing_hz(&estimated_responses.responses.frequency_hz);
+        let finest = estimated_responses.finest_resolution_hz;
+        let spacing = line_spacing_hz(&estimated_responses.responses.frequency_hz);
         let responses = std::mem::take(&mut estimated_responses.responses);
-        let mut found = identify_responses(
+        let mut trial = identify_responses(
             method,
             responses,
             Some(estimated_responses),
@@ -231,35 +231,35 @@ fn estimate_and_fit(
             study,
         )?;
         if has_gaps {
-            for no_mode in found.diagnostics.iter_mut().filter(|w| w.code == "no-mode") {
+            for no_mode in trial.diagnostics.iter_mut().filter(|w| w.code == "no-mode") {
                 let hint = "gaps cut the record into segments: bridge short ones, --fill-gaps";
                 no_mode.hint = Some(match no_mode.hint.take() {
-                    Some(other) => format!("{hint}; or {other}"),
+                    Some(previous_hint) => format!("{hint}; or {previous_hint}"),
                     None => hint.to_string(),
                 });
             }
         }
         let width = |m: &IdentifiedMode| 2.0 * m.mode.pole.re.abs() / std::f64::consts::TAU;
-        let all = found.modes.iter().chain(&found.weak);
-        let narrowest = all.map(width).fold(f64::INFINITY, f64::min);
-        // Lines somewhat nearer are not worth another fit.
+        let modes = trial.modes.iter().chain(&trial.weak);
+        let narrowest = modes.map(width).fold(f64::INFINITY, f64::min);
+        // Minimum refinement of the line spacing for another fit.
         const RESOLUTION_GAIN: f64 = 0.8;
-        let asked = (narrowest / LINES_PER_MODE_REQUESTED).max(nearest.unwrap_or(apart));
+        let requested = (narrowest / LINES_PER_MODE_REQUESTED).max(finest.unwrap_or(spacing));
         if request.frequency_resolution_hz.is_some()
-            || nearest.is_none()
-            || narrowest >= MIN_LINES_PER_MODE * apart
-            || asked > RESOLUTION_GAIN * apart
+            || finest.is_none()
+            || narrowest >= MIN_LINES_PER_MODE * spacing
+            || requested > RESOLUTION_GAIN * spacing
         {
-            return Ok(found);
+            return Ok(trial);
         }
-        trace = found.trace;
-        request.frequency_resolution_hz = Some(asked);
+        trace = trial.trace;
+        request.frequency_resolution_hz = Some(requested);
     }
 }
 
-/// Refuses what the method would do nothing with.
+/// Rejects flags without effect on the method.
 fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<(), Error> {
-    let idle = [
+    let unused = [
         (
             study.delay != DelayModel::None && method != IdentificationMethod::Rational,
             "--delay",
@@ -286,7 +286,7 @@ fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<()
             "--method rls forgets",
         ),
     ];
-    match idle.into_iter().find(|flag| flag.0) {
+    match unused.into_iter().find(|flag| flag.0) {
         Some((_, flag, hint)) => {
             let message = format!("{} does nothing with {flag}", method.name());
             Err(Error::new(Code::Usage, message).with_hint(hint))
@@ -295,14 +295,14 @@ fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<()
     }
 }
 
-/// Refuses inputs and outputs that the method cannot use.
+/// Rejects inputs and outputs that the method cannot use.
 fn check_roles(
     method: IdentificationMethod,
     inputs: &[usize],
     outputs: &[usize],
     recording: &Recording,
 ) -> Result<(), Error> {
-    let word = method.name();
+    let name = method.name();
     if outputs.is_empty() {
         let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
         let message = format!(
@@ -315,23 +315,23 @@ fn check_roles(
     }
     let (message, hint) = match (method.required_data(), inputs.len(), outputs.len()) {
         (RequiredData::Responses, 0, _) => (
-            format!("{word} needs the excitation channel"),
+            format!("{name} needs the excitation channel"),
             "name it: --input; or take a method from responses alone, such as --method ssi-cov",
         ),
         (RequiredData::Outputs | RequiredData::OneOutput, 1.., _) => (
-            format!("{word} takes no input"),
+            format!("{name} takes no input"),
             "leave --input out, or take a method that uses it, such as --method rational",
         ),
         (RequiredData::OneOutput, _, 2..) => (
-            format!("{word} takes one output, of {} named", outputs.len()),
+            format!("{name} takes one output, of {} named", outputs.len()),
             "name one, or take --method ssi-cov for all of them",
         ),
         (RequiredData::OutputWithOptionalInput, i, o) if i > 1 || o != 1 => (
-            format!("{word} takes one output and at most one input, of {o} and {i} named"),
+            format!("{name} takes one output and at most one input, of {o} and {i} named"),
             "name one of each, or one output alone",
         ),
         (RequiredData::InputAndOutput, i, o) if i != 1 || o != 1 => (
-            format!("{word} takes one input and one output, of {i} and {o} named"),
+            format!("{name} takes one input and one output, of {i} and {o} named"),
             "name one of each, or take --method rational for several",
         ),
         _ => return Ok(()),
@@ -347,17 +347,17 @@ fn identify_signals(
     study: &IdentifyStudy,
 ) -> Result<IdentificationResult, Error> {
     let start = Instant::now();
-    let places: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
-    // Subspace methods have their own ladder of rates, so that a band only chooses among the modes of the whole record.
-    let decimated = match method {
+    let channels: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
+    // Subspace methods decimate in several steps; the band only selects among the modes of the record.
+    let band = match method {
         IdentificationMethod::SsiCov | IdentificationMethod::SsiData => None,
         _ => study.band_hz,
     };
-    let record = segment_samples::load_segment(recording, &places, decimated, method.name())?;
+    let record = segment_samples::load_segment(recording, &channels, band, method.name())?;
     let mut trace = vec![("samples", start.elapsed().as_secs_f64())];
     let band_hz = study.band_hz.unwrap_or((0.0, record.rate_hz / 2.0));
     let start = Instant::now();
-    let found = match method.required_data() {
+    let signal_result = match method.required_data() {
         RequiredData::OneOutput | RequiredData::InputAndOutput => {
             time_series::identify_time_series(method, &record, band_hz, study)?
         }
@@ -367,17 +367,17 @@ fn identify_signals(
         _ => operational_modes::identify_operational(method, &record, band_hz, study)?,
     };
     trace.push((method.name(), start.elapsed().as_secs_f64()));
-    let terminal = |&at: &usize| ChannelLabel {
-        name: recording.channels[at].name.clone(),
-        unit: recording.channels[at].unit.clone(),
+    let label = |&channel: &usize| ChannelLabel {
+        name: recording.channels[channel].name.clone(),
+        unit: recording.channels[channel].unit.clone(),
     };
     Ok(IdentificationResult {
         trace,
         method,
         method_text: record.method_text,
-        selection_rule: found.selection_rule,
+        selection_rule: signal_result.selection_rule,
         hits: Vec::new(),
-        outputs: outputs.iter().map(terminal).collect(),
+        outputs: outputs.iter().map(label).collect(),
         inputs: Vec::new(),
         reciprocity: Vec::new(),
         driving_point: None,
@@ -385,32 +385,32 @@ fn identify_signals(
         comparison: None,
         responses: None,
         band_hz,
-        evidence: found.evidence,
-        modes: found.modes,
-        weak: found.weak,
-        harmonics: found.harmonics,
+        evidence: signal_result.evidence,
+        modes: signal_result.modes,
+        weak: signal_result.weak,
+        harmonics: signal_result.harmonics,
         functions: Vec::new(),
         fit_error: Vec::new(),
-        diagnostics: found.diagnostics,
+        diagnostics: signal_result.diagnostics,
     })
 }
 
 /// Modes of the free decays of a record.
-fn of_decays(
-    sound: &CheckedRecording,
+fn identify_decays(
+    checked: &CheckedRecording,
     outputs: &[usize],
     study: &IdentifyStudy,
 ) -> Result<IdentificationResult, Error> {
     let start = Instant::now();
-    let recording = &sound.recording;
+    let recording = &checked.recording;
     let decays = free_decay::identify(recording, outputs, study)?;
-    let mut diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
+    let mut diagnostics = [checked.stuck.clone(), checked.clipped_warnings()].concat();
     diagnostics.extend(decays.identification.diagnostics);
-    let terminal = |&at: &usize| ChannelLabel {
-        name: recording.channels[at].name.clone(),
-        unit: recording.channels[at].unit.clone(),
+    let label = |&channel: &usize| ChannelLabel {
+        name: recording.channels[channel].name.clone(),
+        unit: recording.channels[channel].unit.clone(),
     };
-    let decay = |k: usize| ChannelLabel {
+    let decay_label = |k: usize| ChannelLabel {
         name: format!("decay {k}"),
         unit: String::new(),
     };
@@ -420,10 +420,10 @@ fn of_decays(
         method_text: decays.how,
         selection_rule: decays.identification.selection_rule,
         hits: Vec::new(),
-        outputs: outputs.iter().map(terminal).collect(),
+        outputs: outputs.iter().map(label).collect(),
         inputs: match decays.count {
             1 => Vec::new(),
-            n => (1..=n).map(decay).collect(),
+            n => (1..=n).map(decay_label).collect(),
         },
         reciprocity: Vec::new(),
         driving_point: None,
@@ -465,7 +465,7 @@ fn identify_responses(
         }
         _ => None,
     };
-    let found = match fit {
+    let mut modal = match fit {
         Some(fit) => ModalIdentification {
             modes: modes_over_table(&fit, &table, responses.window_decay)?,
             selection_rule: rule(method, fit.departs),
@@ -476,9 +476,8 @@ fn identify_responses(
         },
         None => frf_modes::identify_modal(method, &responses, band_hz, study)?,
     };
-    let mut found = found;
     if !diagnostics::has_significant_response(&responses, band_hz) {
-        found.modes.clear();
+        modal.modes.clear();
         diagnostics.push(Diagnostic {
             code: "no-mode",
             message:
@@ -488,7 +487,7 @@ fn identify_responses(
                 "check whether input and output are the right channels, of one time base".into(),
             ),
         });
-    } else if found.modes.is_empty() && !matches!(found.evidence, Evidence::Rational(_)) {
+    } else if modal.modes.is_empty() && !matches!(modal.evidence, Evidence::Rational(_)) {
         diagnostics.push(Diagnostic {
             code: "no-mode",
             message: "the responses rise above their variance, but no pole is stable over the orders: the band may hold more modes than the method can follow".into(),
@@ -496,17 +495,17 @@ fn identify_responses(
         });
     }
     trace.push((method.name(), start.elapsed().as_secs_f64()));
-    diagnostics.extend(found.diagnostics);
-    // Warnings go by the bandwidth as measured, an exponential window on it.
-    let on_record = |m: &IdentifiedMode| without_window(&m.mode, -responses.window_decay);
-    let as_measured: Vec<_> = found.modes.iter().map(on_record).collect();
+    diagnostics.extend(modal.diagnostics);
+    // Warnings use the measured bandwidth, including the exponential window.
+    let with_window = |m: &IdentifiedMode| without_window(&m.mode, -responses.window_decay);
+    let as_measured: Vec<_> = modal.modes.iter().map(with_window).collect();
     diagnostics.extend(diagnostics::check_modes(
         &responses,
         estimated_responses.as_ref(),
         &as_measured,
     ));
     diagnostics.extend(mains::mode_warnings(&responses.frequency_hz, &as_measured));
-    for (mode, measured) in found.modes.iter_mut().zip(&as_measured) {
+    for (mode, measured) in modal.modes.iter_mut().zip(&as_measured) {
         mode.on_mains = mains::as_line(measured, line_spacing_hz(&responses.frequency_hz));
     }
     if let Some(estimated_responses) = &estimated_responses {
@@ -520,28 +519,28 @@ fn identify_responses(
             unit,
         ));
     }
-    let apart = line_spacing_hz(&responses.frequency_hz);
+    let spacing_hz = line_spacing_hz(&responses.frequency_hz);
     let coherence = |m: &IdentifiedMode| diagnostics::coherence_at(&responses, m.frequency_hz());
     let is_unresolved = (estimated_responses.as_ref()).is_some_and(|a| a.has_unresolved_pulses);
     let is_weak = |m: &IdentifiedMode| {
-        let of_pulse = is_unresolved.then_some(weak::UNRESOLVED_PULSE);
-        weak::reason(m, apart, coherence(m)).or(of_pulse)
+        let pulse_reason = is_unresolved.then_some(weak::UNRESOLVED_PULSE);
+        weak::reason(m, spacing_hz, coherence(m)).or(pulse_reason)
     };
-    let (modes, weak) = weak::split_weak(found.modes, is_weak, study.all);
-    let (how, hits) = match estimated_responses {
+    let (modes, weak) = weak::split_weak(modal.modes, is_weak, study.all);
+    let (method_text, hits) = match estimated_responses {
         Some(estimated_responses) => (estimated_responses.method_text, estimated_responses.hits),
         None => {
             let (functions, lines) = (responses.responses.len(), responses.frequency_hz.len());
             let (functions, lines) = (pluralise(functions, "response"), pluralise(lines, "line"));
-            let how = format!("{functions} over {lines}, as read");
-            (how, Vec::new())
+            let method_text = format!("{functions} over {lines}, as read");
+            (method_text, Vec::new())
         }
     };
-    let mut found = IdentificationResult {
+    let mut result = IdentificationResult {
         trace,
         method,
-        method_text: how,
-        selection_rule: found.selection_rule,
+        method_text,
+        selection_rule: modal.selection_rule,
         hits,
         outputs: table
             .iter()
@@ -555,12 +554,12 @@ fn identify_responses(
                 .collect(),
         },
         band_hz,
-        evidence: found.evidence,
+        evidence: modal.evidence,
         modes,
         weak,
         harmonics: Vec::new(),
-        functions: found.functions,
-        fit_error: found.fit_error,
+        functions: modal.functions,
+        fit_error: modal.fit_error,
         reciprocity: Vec::new(),
         driving_point: None,
         point_shapes: None,
@@ -568,18 +567,18 @@ fn identify_responses(
         responses: Some(responses),
         diagnostics,
     };
-    let driven = study.driving_points.first().map(String::as_str);
-    modal_mass::add_modal_masses(&mut found, driven)?;
-    if let Some(responses) = &found.responses {
+    let driving_point = study.driving_points.first().map(String::as_str);
+    modal_mass::add_modal_masses(&mut result, driving_point)?;
+    if let Some(responses) = &result.responses {
         let points = modal_mass::driving_points(responses, &study.driving_points)?;
-        found.reciprocity = reciprocity::pairs(responses, &points, band_hz);
-        found
+        result.reciprocity = reciprocity::pairs(responses, &points, band_hz);
+        result
             .diagnostics
-            .extend(reciprocity::warning(&found.reciprocity));
-        let poor = diagnostics::check_fit(responses, band_hz, |f| found.synthesise(f));
-        found.diagnostics.extend(poor);
+            .extend(reciprocity::warning(&result.reciprocity));
+        let misfit = diagnostics::check_fit(responses, band_hz, |f| result.synthesise(f));
+        result.diagnostics.extend(misfit);
     }
-    Ok(found)
+    Ok(result)
 }
 
 /// Selects the requested responses of a file.
@@ -593,24 +592,24 @@ fn select_responses(
         .map(|f| f.output.name.clone())
         .collect();
     let mut outputs = Vec::new();
-    for word in &study.outputs {
-        let at = channel_names::find_channel(word, &known)
-            .ok_or_else(|| unknown_channel(word, &known))?;
-        outputs.push(known[at].clone());
+    for pattern in &study.outputs {
+        let index = channel_names::find_channel(pattern, &known)
+            .ok_or_else(|| unknown_channel(pattern, &known))?;
+        outputs.push(known[index].clone());
     }
-    let drives = |f: &FrequencyResponse| {
-        let driven = |i: &ChannelLabel| {
+    let has_input = |f: &FrequencyResponse| {
+        let is_named = |i: &ChannelLabel| {
             let name = std::slice::from_ref(&i.name);
             study
                 .inputs
                 .iter()
-                .any(|word| channel_names::find_channel(word, name).is_some())
+                .any(|pattern| channel_names::find_channel(pattern, name).is_some())
         };
-        study.inputs.is_empty() || f.input.as_ref().is_some_and(driven)
+        study.inputs.is_empty() || f.input.as_ref().is_some_and(is_named)
     };
     responses
         .responses
-        .retain(|f| drives(f) && (outputs.is_empty() || outputs.contains(&f.output.name)));
+        .retain(|f| has_input(f) && (outputs.is_empty() || outputs.contains(&f.output.name)));
     if responses.responses.is_empty() {
         let message = "no response of the file belongs to the requested inputs";
         return Err(Error::new(Code::NoChannel, message)
@@ -619,15 +618,15 @@ fn select_responses(
     Ok(responses)
 }
 
-/// Band of the fit: as requested, else the lines known to be usable, else all.
+/// Frequency band of the fit, Hz: as requested, else the usable band, else all lines.
 fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f64), Error> {
     let lines = &responses.frequency_hz;
     let (Some(&first), Some(&last)) = (lines.first(), lines.last()) else {
         return Err(Error::new(Code::EmptyLog, "there are no lines to fit"));
     };
     if let Some((low, high)) = study.band_hz {
-        let inside = lines.iter().filter(|f| (low..=high).contains(f)).count();
-        if inside == 0 {
+        let n_lines = lines.iter().filter(|f| (low..=high).contains(f)).count();
+        if n_lines == 0 {
             let message = format!(
                 "no line lies in the band {low} … {high} Hz; there are lines from {first} to {last} Hz"
             );

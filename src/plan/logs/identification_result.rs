@@ -23,73 +23,73 @@ use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
 use crate::recording::geometry::Geometry;
 
-/// Modes and transfer functions, and how they were had.
+/// Identified modes and transfer functions with their evidence and diagnostics.
 #[derive(Debug)]
 pub struct IdentificationResult {
-    /// Stages that ran, with seconds.
+    /// Completed stages with their run times, s.
     pub trace: Vec<(&'static str, f64)>,
-    /// The method.
+    /// Identification method.
     pub method: IdentificationMethod,
     /// Description of the data preparation, as text.
     pub method_text: String,
     /// Selection rule that separates modes from other poles, one sentence.
     pub selection_rule: String,
-    /// Hits of an impact test.
+    /// Hits of the impact test.
     pub hits: Vec<HitSummary>,
-    /// Channels of the mode shapes.
+    /// Output channels, the components of the mode shapes.
     pub outputs: Vec<ChannelLabel>,
-    /// Channels of the participation: the inputs, where there are several.
+    /// Input channels, the components of the modal participation; empty with a single input.
     pub inputs: Vec<ChannelLabel>,
-    /// Pairs of points that were driven both ways.
+    /// Reciprocity of the pairs of points excited in both directions.
     pub reciprocity: Vec<Reciprocity>,
-    /// Driving point that scales the modal masses.
+    /// Driving point that scales the modal masses; `None` without one.
     pub driving_point: Option<DrivingPoint>,
-    /// The responses that were fitted; `None` where the method starts from signals.
+    /// Fitted frequency responses; `None` for a method that starts from signals.
     pub responses: Option<FrequencyResponses>,
-    /// The band of the modes, Hz.
+    /// Frequency band of the modes, Hz.
     pub band_hz: (f64, f64),
-    /// Evidence for the modes; of the fit before any correction for an exponential window.
+    /// Evidence for the modes, before correction for an exponential window.
     pub evidence: Evidence,
-    /// Modes by rising frequency, an exponential window taken off.
+    /// Modes by ascending frequency, corrected for an exponential window.
     pub modes: Vec<IdentifiedMode>,
-    /// Weak modes, apart from them; empty with `IdentifyStudy::all`.
+    /// Weak modes; empty with `IdentifyStudy::all`.
     pub weak: Vec<IdentifiedMode>,
-    /// Harmonics of running speed, by rising frequency; sought where no excitation is measured.
+    /// Harmonics of running speed by ascending frequency, for operational methods.
     pub harmonics: Vec<IdentifiedHarmonic>,
-    /// One transfer function for each response, the window taken off.
+    /// Transfer function of each response, corrected for an exponential window.
     pub functions: Vec<TransferFunction>,
-    /// Root mean square misfit over that of the response, by response.
+    /// Relative root-mean-square misfit of each response.
     pub fit_error: Vec<f64>,
-    /// Shapes on points, where the geometry of the test is known.
+    /// Mode shapes at the points of the geometry, if known.
     pub point_shapes: Option<PointShapes>,
-    /// Comparison with other modes, where requested.
+    /// Comparison with other modes, if requested.
     pub comparison: Option<ModeComparison>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Shapes of the modes on the points of a test.
+/// Mode shapes at the points of a test geometry.
 #[derive(Debug)]
 pub struct PointShapes {
     /// Points, lines and channels.
     pub geometry: Geometry,
-    /// Displacements of the points by mode; `None` of a point without a channel.
+    /// Point displacements of each mode; `None` for a point without a channel.
     pub displacements: Vec<Vec<Option<Displacement>>>,
 }
 
 impl IdentificationResult {
-    /// Places the shapes on the points of a test, where the geometry places a response channel.
+    /// Assigns the mode shapes to the points of a test geometry by the response channels.
     ///
     /// # Errors
-    /// A component that is not finite.
+    /// A shape component that is not finite.
     pub fn place_shapes(&mut self, geometry: Geometry) -> Result<(), Error> {
-        let places: Vec<_> = self
+        let points: Vec<_> = self
             .outputs
             .iter()
             .map(|o| geometry.place(&o.name))
             .collect();
-        let placed: Vec<_> = places.iter().copied().flatten().collect();
-        let missing = (self.outputs.iter().zip(&places)).filter(|(_, place)| place.is_none());
+        let known: Vec<_> = points.iter().copied().flatten().collect();
+        let missing = (self.outputs.iter().zip(&points)).filter(|(_, point)| point.is_none());
         let missing: Vec<&str> = missing.map(|(o, _)| o.name.as_str()).collect();
         if !geometry.is_empty() && !missing.is_empty() {
             self.diagnostics.push(Diagnostic {
@@ -101,17 +101,17 @@ impl IdentificationResult {
                 hint: Some("state point and direction of its [[channel]] in the sidecar".into()),
             });
         }
-        if placed.is_empty() {
+        if known.is_empty() {
             return Ok(());
         }
         let n_outputs = self.outputs.len();
         let shape = |mode: &IdentifiedMode| {
-            let all = mode.mode.shape.iter().zip(&places);
+            let all = mode.mode.shape.iter().zip(&points);
             let values: Vec<Complex> = match mode.mode.shape.len() == n_outputs {
                 true => all.filter(|(_, p)| p.is_some()).map(|(z, _)| *z).collect(),
-                false => vec![Complex::ZERO; placed.len()],
+                false => vec![Complex::ZERO; known.len()],
             };
-            point_displacements(geometry.points.len(), &placed, &values)
+            point_displacements(geometry.points.len(), &known, &values)
         };
         let displacements = self.modes.iter().map(shape).collect::<Result<_, Error>>()?;
         self.point_shapes = Some(PointShapes {
@@ -123,7 +123,7 @@ impl IdentificationResult {
 }
 
 impl IdentificationResult {
-    /// The rational fit, where that is the method.
+    /// Rational fit of the responses; `None` for other methods.
     pub fn fit(&self) -> Option<&RationalFit> {
         match &self.evidence {
             Evidence::Rational(fit) => Some(fit),
@@ -131,7 +131,7 @@ impl IdentificationResult {
         }
     }
 
-    /// Fitted responses at a frequency, Hz, with the exponential window that lay on the measured ones; empty without a fit.
+    /// Synthesised responses at a frequency, Hz, including the exponential window of the measurement; empty without a fit.
     pub fn synthesise(&self, frequency_hz: f64) -> Vec<Complex> {
         match self.fit() {
             Some(fit) => fit.synthesise(frequency_hz),
@@ -142,7 +142,7 @@ impl IdentificationResult {
         }
     }
 
-    /// Poles that are no modes, rad/s, and why.
+    /// Rejected poles, rad/s, with the reason.
     pub fn rejected_poles(&self) -> Vec<(Complex, &'static str)> {
         match &self.evidence {
             Evidence::Rational(fit) => fit.omitted.iter().map(|o| (o.pole, o.reason)).collect(),
@@ -152,55 +152,55 @@ impl IdentificationResult {
         }
     }
 
-    /// Tracked modes over time, where the method follows them.
+    /// Tracked modes over time; `None` for other methods.
     pub fn tracking(&self) -> Option<&ModeTracking> {
         match &self.evidence {
-            Evidence::Tracking(course) => Some(course),
+            Evidence::Tracking(tracking) => Some(tracking),
             _ => None,
         }
     }
 
-    /// Rate of the exponential window on the responses, 1/s.
+    /// Decay rate of the exponential window of the responses, 1/s.
     pub fn window_decay(&self) -> f64 {
         self.responses.as_ref().map_or(0.0, |r| r.window_decay)
     }
 }
 
-/// Driving point: a force and the motion measured along it.
+/// Driving point: excitation and response at one point in one direction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DrivingPoint {
-    /// Channel that drives.
+    /// Excitation channel.
     pub input: String,
     /// Response channel at the driving point.
     pub output: String,
-    /// The unit of the modal masses: kg, or kg·m² where a torque drives.
+    /// Unit of the modal masses: kg, or kg·m² for an excitation torque.
     pub unit: &'static str,
 }
 
-/// A mode with what its method tells next to the pole.
+/// Identified mode: modal parameters, participation and quality indicators.
 #[derive(Debug, Clone)]
 pub struct IdentifiedMode {
     /// Pole, covariance and shape.
     pub mode: ModalParameters,
-    /// Modal participation of each input, the largest component 1; empty with one input.
+    /// Modal participation vector over the inputs, largest component 1; empty with one input.
     pub participation: Vec<Complex>,
-    /// The method tells damping; without, the pole lies on the imaginary axis.
+    /// True if the method identifies damping; if not, the pole is on the imaginary axis.
     pub has_damping: bool,
-    /// Share of the orders in which it appears.
+    /// Presence: share of the model orders with the mode.
     pub presence: Option<f64>,
-    /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
+    /// Scatter of the frequency over the model orders, standard deviation, Hz; not an uncertainty.
     pub scatter_hz: Option<f64>,
-    /// Departure from the linear model, where the method measures that.
+    /// Departure from the linear model, if the method measures it.
     pub departure: Option<ModelErrorShare>,
-    /// Why it is weak; `None` where it is not.
+    /// Reason of a weak mode.
     pub weak: Option<&'static str>,
     /// Indicators that the mode is a harmonic of running speed.
     pub harmonic: Option<HarmonicIndicator>,
-    /// The order of the running speed it lies on without being it.
+    /// Order of the running speed that coincides with the mode.
     pub on_order: Option<f64>,
-    /// Nominal frequency of the mains, Hz, and the multiple of it that the mode lies on, no wider than a line.
+    /// Mains frequency, Hz, and its multiple that coincides with a mode no wider than a line.
     pub on_mains: Option<(f64, usize)>,
-    /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
+    /// Modal mass for a largest shape component of 1, in the unit of the driving point.
     pub modal_mass: Option<Complex>,
 }
 
@@ -223,27 +223,27 @@ impl From<ModalParameters> for IdentifiedMode {
 }
 
 impl IdentifiedMode {
-    /// Takes over shape, and participation where there are several inputs.
-    pub fn set_shape(&mut self, found: ModeShape) {
-        self.mode.shape = found.shape;
-        if found.participation.len() > 1 {
-            self.participation = normalize_to_largest(found.participation);
+    /// Sets the shape, and the participation for several inputs.
+    pub fn set_shape(&mut self, decomposed: ModeShape) {
+        self.mode.shape = decomposed.shape;
+        if decomposed.participation.len() > 1 {
+            self.participation = normalize_to_largest(decomposed.participation);
         }
     }
 
-    /// A mode over outputs and inputs from one whose shape is over the functions of a table.
+    /// Decomposes a mode with a shape over the responses of `table` into shape and participation.
     ///
     /// # Errors
-    /// Those of the decomposition.
+    /// Errors of the singular value decomposition.
     pub fn mode_over_table(
         mode: ModalParameters,
         table: &[Vec<usize>],
     ) -> Result<IdentifiedMode, Error> {
         let residues =
             ComplexMatrix::from_fn(table.len(), table[0].len(), |o, i| mode.shape[table[o][i]]);
-        let mut found = IdentifiedMode::from(mode);
-        found.set_shape(ModeShape::from_residues(&residues)?);
-        Ok(found)
+        let mut identified = IdentifiedMode::from(mode);
+        identified.set_shape(ModeShape::from_residues(&residues)?);
+        Ok(identified)
     }
 
     /// Natural frequency, Hz.
@@ -251,21 +251,21 @@ impl IdentifiedMode {
         self.mode.frequency_hz()
     }
 
-    /// Damping ratio, where the method tells it.
+    /// Damping ratio, if the method identifies damping.
     pub fn damping_ratio(&self) -> Option<f64> {
         self.has_damping.then(|| self.mode.damping_ratio())
     }
 
-    /// Converts to a harmonic where the pole is nearer to a line of running speed than to a mode.
+    /// Harmonic of running speed, if the indicator classifies the pole as one.
     fn to_harmonic(&self) -> Option<IdentifiedHarmonic> {
-        let is_one = self
+        let is_harmonic = self
             .harmonic
             .as_ref()
             .is_some_and(HarmonicIndicator::is_harmonic);
-        is_one.then(|| self.listed_as_harmonic("distributed like a sine"))
+        is_harmonic.then(|| self.listed_as_harmonic("distributed like a sine"))
     }
 
-    /// The pole as a line that is no resonance, for a reason.
+    /// Harmonic at the pole, with the reason.
     pub fn listed_as_harmonic(&self, reason: &'static str) -> IdentifiedHarmonic {
         IdentifiedHarmonic {
             frequency_hz: self.frequency_hz(),
@@ -278,29 +278,29 @@ impl IdentifiedMode {
     }
 }
 
-/// A line of running speed, or of anything that is no resonance.
+/// Spectral line of running speed or of another periodic source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedHarmonic {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// The order of the stated speed it lies on.
+    /// Order of the stated speed at the line.
     pub order: Option<f64>,
-    /// 0 to peak by output, of a sine that was found and taken out before modes were looked for; empty for a pole.
+    /// Amplitude of each output, 0 to peak, of a sine removed before the identification; empty for a pole.
     pub amplitude: Vec<f64>,
-    /// Probability that noise alone shows such a sine anywhere.
+    /// False-alarm probability of such a sine in noise.
     pub probability: Option<f64>,
-    /// Kurtosis of a pole's band envelope: 2 for noise, 1 for a sine.
+    /// Kurtosis of the band envelope at a pole: 2 for noise, 1 for a sine.
     pub envelope_kurtosis: Option<f64>,
-    /// Why it is no mode, where it lies on no order.
+    /// Reason for the rejection as a mode, for a line without order.
     pub reason: &'static str,
 }
 
 impl IdentifiedHarmonic {
-    /// The reason of a line of the mains.
+    /// Reason of a mains line.
     pub const MAINS: &str = "mains";
 }
 
-/// Modes, and apart from them what is a line of running speed.
+/// Splits poles into modes and harmonics of running speed.
 pub fn split_harmonics(all: Vec<IdentifiedMode>) -> (Vec<IdentifiedMode>, Vec<IdentifiedHarmonic>) {
     let mut modes = Vec::new();
     let mut harmonics = Vec::new();
@@ -317,101 +317,101 @@ pub fn split_harmonics(all: Vec<IdentifiedMode>) -> (Vec<IdentifiedMode>, Vec<Id
 pub struct SignalIdentification {
     /// Modes.
     pub modes: Vec<IdentifiedMode>,
-    /// Weak modes, apart from them; none by the methods of one output.
+    /// Weak modes; empty for the methods of one output.
     pub weak: Vec<IdentifiedMode>,
-    /// Lines of running speed.
+    /// Harmonics of running speed.
     pub harmonics: Vec<IdentifiedHarmonic>,
     /// Selection rule that separates modes from other poles.
     pub selection_rule: String,
-    /// Poles of all orders, peaks, orders tried, or the tracked modes.
+    /// Stabilisation diagram, peaks, model orders or tracked modes.
     pub evidence: Evidence,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Evidence for the modes.
+/// Evidence for the modes, by method.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "one of them per response")]
 pub enum Evidence {
-    /// The fit, with every number of poles that was tried.
+    /// Rational fit with all trial orders.
     Rational(RationalFit),
-    /// Poles of all orders.
+    /// Stabilisation diagram.
     Diagram(StabilisationDiagram),
-    /// Peaks that were looked at one by one.
+    /// Peak picking.
     Peaks(PeakPicking),
-    /// Orders that were tried.
+    /// Trial model orders.
     Orders(OrderSelection),
-    /// Modes that change.
+    /// Tracked modes.
     Tracking(ModeTracking),
 }
 
-/// A stabilisation diagram.
+/// Stabilisation diagram: poles over model order, with a mode indicator.
 #[derive(Debug, Default)]
 pub struct StabilisationDiagram {
-    /// Poles by order, then frequency.
+    /// Poles, by order, then by frequency.
     pub poles: Vec<StabilisationPole>,
-    /// Lines, Hz, and a level over them that peaks at modes.
+    /// Mode indicator function: lines, Hz, and level.
     pub level: (Vec<f64>, Vec<f64>),
-    /// Poles chosen from it, rad/s, that turned out to be no modes, and why.
+    /// Rejected poles, rad/s, with the reason.
     pub omitted: Vec<(Complex, &'static str)>,
 }
 
-/// Peaks, and the noise level under them.
+/// Peak picking: peaks and spectrum levels.
 #[derive(Debug, Default)]
 pub struct PeakPicking {
-    /// One for each peak.
+    /// Picked peaks.
     pub peaks: Vec<PickedPeak>,
-    /// Lines, Hz, and the level.
+    /// Lines, Hz, and spectrum level.
     pub level: (Vec<f64>, Vec<f64>),
-    /// Further levels over the same lines: the singular values below the largest.
+    /// Levels of the further singular values at these lines.
     pub below: Vec<Vec<f64>>,
 }
 
-/// A peak of an output spectrum, with its estimate of a mode.
+/// Peak of an output spectrum with its modal estimates.
 #[derive(Debug, Clone, Default)]
 pub struct PickedPeak {
     /// Frequency of the peak, Hz.
     pub frequency_hz: f64,
-    /// Power of the peak over that of the higher valley next to it.
+    /// Prominence: power of the peak over the higher of the adjacent valleys.
     pub prominence: Option<f64>,
     /// Natural frequency, Hz, and damping ratio by half power.
     pub half_power: Option<(f64, f64)>,
-    /// Lines about the peak with its shape, and their decay, where damping is identified from these.
+    /// SDOF bell of enhanced frequency-domain decomposition, for identified damping.
     pub bell: Option<SdofBell>,
-    /// Why it is not reported as a mode; empty where it is.
+    /// Reason for the rejection as a mode; empty for a mode.
     pub reason: String,
 }
 
-/// Orders of difference equations, and what the residuals of the chosen one tell.
+/// Order selection of a difference equation, with residual tests of the chosen order.
 #[derive(Debug)]
 pub struct OrderSelection {
-    /// The order taken.
+    /// Chosen model structure.
     pub chosen: ModelStructure,
-    /// All that were tried, the output without any model first.
+    /// Trial structures, first the output without a model.
     pub candidates: Vec<OrderCandidate>,
-    /// Roots inside the band that are no modes, and why.
+    /// Rejected poles within the band, with the reason.
     pub omitted: Vec<(ModalParameters, &'static str)>,
-    /// Tests of the residuals: what was tested, and how often chance gives as much.
+    /// Residual tests: name, and statistic with its probability.
     pub tests: Vec<(&'static str, ResidualTest)>,
 }
 
-/// Modes over the time of the record.
+/// Tracking of modes over the time of the record.
 #[derive(Debug)]
 pub struct ModeTracking {
-    /// Seconds from the first sample at which the model was looked at.
+    /// Evaluation times from the first sample, s.
     pub time_s: Vec<f64>,
-    /// Modes over these instants: those that begin first, then by frequency.
+    /// Mode tracks over these times, by start, then by frequency.
     pub tracks: Vec<ModeTrack>,
-    /// Orders and memories that were tried.
+    /// Trial orders and memories.
     pub trials: Vec<MemoryTrial>,
-    /// The one taken.
+    /// Chosen trial.
     pub chosen: MemoryTrial,
-    /// Samples a second.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
 }
 
 impl ModeTracking {
-    /// The memory of a trial, s; `None` where nothing is forgotten.
+    /// Memory of a trial, s; `None` for an infinite memory.
     pub fn memory_s(&self, trial: &MemoryTrial) -> Option<f64> {
         (trial.memory.is_finite()).then(|| trial.memory / self.rate_hz)
     }

@@ -1,4 +1,4 @@
-//! Linearity by level of a record without hits: parts of different input level, H1 of each, and the shift of each mode between them.
+//! Linearity check of a record without hits: H1 of segments of different input level, and the frequency shift of each mode between them.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -14,25 +14,25 @@ use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 
-/// A record is cut into about so many parts of equal length.
-const PARTS: usize = 8;
+/// Approximate number of segments of equal length in a record.
+const SEGMENTS: usize = 8;
 
-/// Blocks of a part, without overlap: as many as resolve every mode, else the fewest.
-const BLOCKS_PER_PART: [usize; 3] = [8, 4, 2];
+/// Blocks of a segment, without overlap: the largest number that resolves every mode, else the smallest.
+const BLOCKS_PER_SEGMENT: [usize; 3] = [8, 4, 2];
 
-/// Shorter blocks resolve no mode, samples.
+/// Minimum block length, samples.
 const MIN_BLOCK: usize = 64;
 
-/// The loudest part has at least so many times the rms input of the quietest.
+/// Minimum ratio of the highest to the lowest rms input of the segments.
 const MIN_LEVEL_RATIO: f64 = 2.0;
 
-/// Mean coherence over the half-power band, at the best output, below which a part says nothing of a mode.
+/// Minimum mean coherence over the half-power band of a mode, at the most coherent output, in every segment.
 const MIN_COHERENCE: f64 = 0.5;
 
-/// Parts of a record, each a recording of one segment; none crosses a gap or the end of a file.
-fn parts(recording: &Recording) -> Vec<Recording> {
-    let length = (recording.samples / PARTS).max(1);
-    let of_segment = |(segment, begin): (&Range<usize>, &f64)| {
+/// Segments of equal length of a record, each a recording; none crosses a gap or the end of a file.
+fn equal_segments(recording: &Recording) -> Vec<Recording> {
+    let length = (recording.samples / SEGMENTS).max(1);
+    let divide = |(segment, begin): (&Range<usize>, &f64)| {
         let (start, begin) = (segment.start, *begin);
         (0..segment.len() / length).map(move |k| Recording {
             segments: std::iter::once(start + k * length..start + (k + 1) * length).collect(),
@@ -41,32 +41,28 @@ fn parts(recording: &Recording) -> Vec<Recording> {
         })
     };
     let segments = recording.segments.iter().zip(&recording.segment_starts);
-    segments.flat_map(of_segment).collect()
+    segments.flat_map(divide).collect()
 }
 
-/// Checks whether modes shift with the level of a noise or sweep input; `None` where the level varies by less than a factor of two, or
-/// nothing shifts.
+/// Warning of natural frequencies that shift with the level of a noise or sweep input; `None` where the level varies by less than a
+/// factor of two, or no mode shifts.
 ///
 /// # Errors
 /// The samples cannot be read.
-pub fn check_record(
+pub fn level_shift_warning(
     recording: &Recording,
     input: usize,
     outputs: &[usize],
     modes: &[ModalParameters],
 ) -> Result<Option<Diagnostic>, Error> {
-    let block_of = |blocks: usize| recording.samples / PARTS / blocks;
-    let narrowest = modes.iter().map(|m| m.pole.re.abs() / TAU);
-    let narrowest = narrowest.fold(f64::INFINITY, f64::min);
-    let resolves = |blocks: &&usize| block_of(**blocks) as f64 * narrowest >= recording.rate_hz;
-    let fewest = BLOCKS_PER_PART[BLOCKS_PER_PART.len() - 1];
-    let block = block_of(
-        BLOCKS_PER_PART
-            .iter()
-            .find(resolves)
-            .copied()
-            .unwrap_or(fewest),
-    );
+    let block_length = |blocks: usize| recording.samples / SEGMENTS / blocks;
+    let half_widths_hz = modes.iter().map(|m| m.pole.re.abs() / TAU);
+    let narrowest_hz = half_widths_hz.fold(f64::INFINITY, f64::min);
+    let resolves =
+        |blocks: &&usize| block_length(**blocks) as f64 * narrowest_hz >= recording.rate_hz;
+    let fewest = BLOCKS_PER_SEGMENT[BLOCKS_PER_SEGMENT.len() - 1];
+    let n_blocks = BLOCKS_PER_SEGMENT.iter().find(resolves).copied();
+    let block = block_length(n_blocks.unwrap_or(fewest));
     if modes.is_empty() || block < MIN_BLOCK {
         return Ok(None);
     }
@@ -74,17 +70,17 @@ pub fn check_record(
         .chain(outputs)
         .map(|&c| &recording.channels[c])
         .collect();
-    let parts = parts(recording);
-    let levels = (parts.iter())
-        .map(|part| standard_deviation(part, channels[0]))
+    let segments = equal_segments(recording);
+    let levels = (segments.iter())
+        .map(|segment| standard_deviation(segment, channels[0]))
         .collect::<Result<Vec<f64>, _>>()?;
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
     if !(low > 0.0 && high >= MIN_LEVEL_RATIO * low) {
         return Ok(None);
     }
-    let estimates = (parts.iter())
-        .map(|part| responses(part, &channels, block))
+    let estimates = (segments.iter())
+        .map(|segment| responses(segment, &channels, block))
         .collect::<Result<Vec<_>, _>>()?;
     let values: Vec<Vec<Vec<Complex>>> = (estimates.iter())
         .map(|e| e.functions.iter().map(|f| f.values.clone()).collect())
@@ -95,17 +91,17 @@ pub fn check_record(
             value,
         })
         .collect();
-    let is_visible = |mode: &&ModalParameters| estimates.iter().all(|part| is_coherent(part, mode));
-    let modes: Vec<ModalParameters> = modes.iter().filter(is_visible).cloned().collect();
+    let is_determined = |mode: &&ModalParameters| estimates.iter().all(|e| is_coherent(e, mode));
+    let modes: Vec<ModalParameters> = modes.iter().filter(is_determined).cloned().collect();
     let lines = estimates.first().map_or(&[][..], |e| &e.frequency_hz);
     let block_s = block as f64 / recording.rate_hz;
     let terms = |omega: f64, pole: Complex| averaged_terms(omega, pole, block_s);
-    let found = level_dependence(lines, &groups, &modes, &terms);
-    let levels_of = "from parts of the record with an rms input of";
-    Ok(found.map(|found| warning(&found, levels_of, &channels[0].unit)))
+    let dependence = level_dependence(lines, &groups, &modes, &terms);
+    let origin = "from parts of the record with an rms input of";
+    Ok(dependence.map(|shifts| warning(&shifts, origin, &channels[0].unit)))
 }
 
-/// H1 from the first channel to the others.
+/// H1 estimates from the first channel to the others.
 fn responses(
     recording: &Recording,
     channels: &[&Channel],
@@ -137,8 +133,8 @@ fn is_coherent(estimate: &FrfEstimate, mode: &ModalParameters) -> bool {
 mod tests {
     use super::*;
 
-    /// A resonance at `f` under noise of standard deviation `level`, by exact steps of a piecewise constant force.
-    fn ring(f: f64, level: f64, samples: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
+    /// Force and response of a resonance at `f` under noise of standard deviation `level`, by exact steps of a piecewise constant force.
+    fn noise_response(f: f64, level: f64, samples: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
         const RATE: f64 = 512.0;
         let pole = Complex::new(-0.01 * TAU * f, TAU * f);
         let step = (pole / RATE).exp();
@@ -154,16 +150,16 @@ mod tests {
         (force, motion)
     }
 
-    fn checked(shift: f64, ratio: f64, seed: u64) -> Option<Diagnostic> {
-        checked_of(65_536, shift, ratio, seed)
+    fn shift_warning(shift: f64, ratio: f64, seed: u64) -> Option<Diagnostic> {
+        shift_warning_of(65_536, shift, ratio, seed)
     }
 
-    /// The check of a record with as many samples at either level.
-    fn checked_of(n: usize, shift: f64, ratio: f64, seed: u64) -> Option<Diagnostic> {
-        let (mut force, mut motion) = ring(60.0, 1.0, n, seed);
-        let (loud, louder) = ring(60.0 * (1.0 + shift), ratio, n, seed + 1);
-        force.extend(loud);
-        motion.extend(louder);
+    /// Warning of a record with `n` samples at each of two levels.
+    fn shift_warning_of(n: usize, shift: f64, ratio: f64, seed: u64) -> Option<Diagnostic> {
+        let (mut force, mut motion) = noise_response(60.0, 1.0, n, seed);
+        let (loud_force, loud_motion) = noise_response(60.0 * (1.0 + shift), ratio, n, seed + 1);
+        force.extend(loud_force);
+        motion.extend(loud_motion);
         let channels: [(&str, &str, &[f64]); 2] = [("f", "N", &force), ("a", "m/s²", &motion)];
         let mut recording = Recording::from_arrays(512.0, &channels).unwrap();
         recording.segments = vec![0..n, n..2 * n];
@@ -174,42 +170,43 @@ mod tests {
             pole_covariance: None,
             shape: Vec::new(),
         };
-        check_record(&recording, 0, &[1], &[mode]).unwrap()
+        level_shift_warning(&recording, 0, &[1], &[mode]).unwrap()
     }
 
-    /// A frequency that falls by 0.2 % where the force is three times as large: the mean of twelve records, and their intervals.
+    /// A frequency falls by 0.2 % under three times the force: mean over twelve records, and coverage of their intervals.
     #[test]
     fn exact_shift_between_two_levels() {
-        let found: Vec<(f64, f64)> = (1..=12)
+        let shifts: Vec<(f64, f64)> = (1..=12)
             .map(|seed| {
-                let message = checked(-0.002, 3.0, 10 * seed).unwrap().message;
+                let message = shift_warning(-0.002, 3.0, 10 * seed).unwrap().message;
                 let percent = message.split("falls by ").nth(1).unwrap();
                 let mut numbers = percent.trim_end_matches(" %").split(" ± ");
                 let mut next = || numbers.next().unwrap().parse::<f64>().unwrap();
                 (next(), next())
             })
             .collect();
-        let mean = found.iter().map(|f| f.0).sum::<f64>() / 12.0;
-        let held = found.iter().filter(|f| (f.0 - 0.2).abs() <= f.1).count();
+        let mean = shifts.iter().map(|f| f.0).sum::<f64>() / 12.0;
+        let covered = shifts.iter().filter(|f| (f.0 - 0.2).abs() <= f.1).count();
         assert!(
-            (mean - 0.2).abs() < 0.01 && held >= 10,
-            "{mean} {held} {found:?}"
+            (mean - 0.2).abs() < 0.01 && covered >= 10,
+            "{mean} {covered} {shifts:?}"
         );
     }
 
-    /// A record of half a minute, whose parts have few blocks: a fall of 1 % is reported, and none of a linear resonance.
+    /// A record of half a minute, with few blocks per segment: a fall of 1 % gives a warning, a linear resonance none.
     #[test]
     fn law_short_records_tell_a_shift() {
-        let told = (1..=8).filter(|seed| checked_of(8192, -0.01, 3.0, 10 * seed).is_some());
-        let alarms = (1..=20).filter(|seed| checked_of(8192, 0.0, 3.0, 10 * seed).is_some());
-        assert!(told.count() >= 7 && alarms.count() <= 1);
+        let warnings =
+            (1..=8).filter(|seed| shift_warning_of(8192, -0.01, 3.0, 10 * seed).is_some());
+        let alarms = (1..=20).filter(|seed| shift_warning_of(8192, 0.0, 3.0, 10 * seed).is_some());
+        assert!(warnings.count() >= 7 && alarms.count() <= 1);
     }
 
-    /// Nothing is reported of a linear resonance, nor of levels that are alike.
+    /// A linear resonance gives no warning, nor do levels of a ratio below two.
     #[test]
     fn law_linear_records_are_linear() {
-        let alarms = (1..=20).filter(|seed| checked(0.0, 3.0, 10 * seed).is_some());
+        let alarms = (1..=20).filter(|seed| shift_warning(0.0, 3.0, 10 * seed).is_some());
         assert!(alarms.count() <= 1);
-        assert!(checked(-0.005, 1.5, 1).is_none());
+        assert!(shift_warning(-0.005, 1.5, 1).is_none());
     }
 }

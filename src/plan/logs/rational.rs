@@ -1,4 +1,4 @@
-//! A rational fit of measured responses: the lines known, hit by hit where there are hits, of the kind that fits better where none is
+//! Rational fit of measured frequency responses: selection of the lines, responses by hit, and the motion quantity if none is
 //! stated.
 
 use super::frf_estimation::EstimatedResponses;
@@ -18,10 +18,10 @@ use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::impact::HitResponses;
 
-/// Poles that another method begins with: 20 pairs.
+/// Number of initial poles of another method: 20 pairs.
 const INITIAL_ORDER: usize = 40;
 
-/// Rule by which a rational fit separates modes from other poles.
+/// Selection rule that separates modes from other poles of a rational fit, one sentence.
 pub fn rule(method: IdentificationMethod, departs: bool) -> String {
     match method {
         IdentificationMethod::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
@@ -32,27 +32,27 @@ pub fn rule(method: IdentificationMethod, departs: bool) -> String {
     }
 }
 
-/// Modes of a fit with their departures, shapes over the outputs and inputs of a table, without the exponential window, 1/s, on the
-/// responses.
+/// Modes of a fit with their departures from linearity, shapes and participations over a table, corrected for the exponential
+/// window, decay rate in 1/s.
 ///
 /// # Errors
-/// Those of the decomposition into shapes.
+/// Errors of the decomposition into shapes.
 pub fn modes_over_table(
     fit: &RationalFit,
     table: &[Vec<usize>],
     window_decay: f64,
 ) -> Result<Vec<IdentifiedMode>, Error> {
-    let one = |(k, mode): (usize, &ModalParameters)| {
+    let mode_over_table = |(k, mode): (usize, &ModalParameters)| {
         let mode = without_window(mode, window_decay);
         Ok(IdentifiedMode {
             departure: fit.departures.get(k).copied(),
             ..IdentifiedMode::mode_over_table(mode, table)?
         })
     };
-    fit.modes.iter().enumerate().map(one).collect()
+    fit.modes.iter().enumerate().map(mode_over_table).collect()
 }
 
-/// A fit as partial fractions.
+/// Partial-fraction expansion of a fit.
 pub fn partial_fractions(fit: &RationalFit) -> PartialFractions<'_> {
     PartialFractions {
         poles: &fit.poles,
@@ -64,27 +64,27 @@ pub fn partial_fractions(fit: &RationalFit) -> PartialFractions<'_> {
     }
 }
 
-/// Power of a fourth difference of neighbouring lines over that of their noise, under the exponential window on the blocks:
+/// Noise gain of the fourth difference of neighbouring lines, under the exponential window of the blocks:
 /// `Σ w² (2 sin πn/N)⁸ / Σ w²`, 70 without one.
-fn fourth(responses: &FrequencyResponses) -> f64 {
+fn fourth_difference_gain(responses: &FrequencyResponses) -> f64 {
     const SAMPLES: usize = 4096;
     let lines = &responses.frequency_hz;
-    let apart = lines.get(1).zip(lines.first()).map_or(1.0, |(b, a)| b - a);
-    let fall = 2.0 * responses.window_decay / apart;
+    let spacing_hz = lines.get(1).zip(lines.first()).map_or(1.0, |(b, a)| b - a);
+    let decay = 2.0 * responses.window_decay / spacing_hz;
     let (mut sum, mut total) = (0.0, 0.0);
     for n in 0..SAMPLES {
         let t = (n as f64 + 0.5) / SAMPLES as f64;
-        let weight = (-fall * t).exp();
+        let weight = (-decay * t).exp();
         sum += weight * (2.0 * (std::f64::consts::PI * t).sin()).powi(8);
         total += weight;
     }
     sum / total
 }
 
-/// Fewer hits do not say well how far they place a mode apart.
+/// Minimum number of hits for the scatter of a mode between hits.
 const MIN_HITS: usize = 3;
 
-/// The interval of one hit lacks what hits differ by; that of two knows it by a single difference.
+/// Warning about few hits: one hit gives no scatter between hits, two give a single difference.
 fn few_hits(hits: usize) -> Option<Diagnostic> {
     let message = match hits {
         1 => {
@@ -102,14 +102,14 @@ fn few_hits(hits: usize) -> Option<Diagnostic> {
     })
 }
 
-/// Names the responses whose residues hold a delay that the fit does not, with its phase at the top of the band.
+/// Warning about residual delays of the fit, with their phase at the top of the band.
 fn residual_delay_warning(
     fit: &RationalFit,
     responses: &FrequencyResponses,
     top_hz: f64,
 ) -> Option<Diagnostic> {
     let delays = residual_delays(fit);
-    let all: Vec<String> = (delays.iter())
+    let texts: Vec<String> = (delays.iter())
         .map(|d| {
             format!(
                 "{} by {:.4} ± {:.4} ms ({:.1}° at {top_hz:.4} Hz)",
@@ -124,20 +124,20 @@ fn residual_delay_warning(
         true => "--delay common",
         false => "--delay each",
     };
-    (!all.is_empty()).then(|| Diagnostic {
+    (!texts.is_empty()).then(|| Diagnostic {
         code: "residual-delay",
         message: format!(
             "the phases of the residues fall in proportion to frequency, as behind a delay or a filter on one channel: {}",
-            all.join(", ")
+            texts.join(", ")
         ),
         hint: Some(format!("fit it with {remedy}, or use equal filters on all channels")),
     })
 }
 
-/// Rational fit, from the poles of another method on request.
+/// Fits a rational model, with the initial poles of vector fitting or AAA on request.
 ///
 /// # Errors
-/// Those of the fit.
+/// Errors of the fit.
 pub fn fit_rational(
     method: IdentificationMethod,
     responses: &FrequencyResponses,
@@ -145,40 +145,40 @@ pub fn fit_rational(
     band: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<RationalFit, Error> {
-    let inside = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
-    let known: Vec<usize> = (0..responses.frequency_hz.len())
+    let is_in_band = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
+    let used: Vec<usize> = (0..responses.frequency_hz.len())
         .filter(|&k| responses.is_determined(k))
-        .filter(inside)
+        .filter(is_in_band)
         .collect();
-    let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let lines: Vec<f64> = used.iter().map(|&k| responses.frequency_hz[k]).collect();
     let values: Vec<Vec<Complex>> = (responses.responses.iter())
-        .map(|f| known.iter().map(|&k| f.values[k]).collect())
+        .map(|f| used.iter().map(|&k| f.values[k]).collect())
         .collect();
     let variance: Option<Vec<Vec<f64>>> = (responses.responses.iter())
         .map(|f| {
             f.variance
                 .as_ref()
-                .map(|v| known.iter().map(|&k| v[k]).collect())
+                .map(|v| used.iter().map(|&k| v[k]).collect())
         })
         .collect();
-    let start = start(method, &lines, &values)?;
-    let of_hit = |hit: &HitResponses| -> Vec<Vec<Complex>> {
+    let poles = initial_poles(method, &lines, &values)?;
+    let select_lines = |hit: &HitResponses| -> Vec<Vec<Complex>> {
         let all = hit.value.iter();
-        all.map(|h| known.iter().map(|&k| h[k]).collect()).collect()
+        all.map(|h| used.iter().map(|&k| h[k]).collect()).collect()
     };
     let by_hit = estimated.map_or(&[][..], |e| &e.by_hit);
     let few_hits = few_hits(by_hit.len());
-    // Each average takes one degree of freedom, and each input of them gives one back; hits have a variance of their own.
+    // The variance has one degree of freedom per average less one per input; hits have a separate variance.
     let inputs = responses.index_matrix()[0].len() as f64;
     let variance_dof = (responses.averages)
         .map(|averages| averages - inputs)
         .filter(|dof| *dof > 0.0 && by_hit.len() < 2);
     let joined = by_hit.iter().map(|hit| hit.hits.len()).sum::<usize>() as f64;
-    let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
+    let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(select_lines).collect();
     let hits = (by_hit.len() > 1).then_some(ResponsesByHit {
         responses: &by_hit,
         joined: joined / by_hit.len() as f64,
-        fourth: fourth(responses),
+        fourth: fourth_difference_gain(responses),
     });
     let fit = |derivative: u8| {
         let options = RationalOptions {
@@ -198,7 +198,7 @@ pub fn fit_rational(
             derivative,
             hits,
         };
-        match &start {
+        match &poles {
             Some(poles) => rational::fit_from_poles(&measured, &options, poles),
             None => rational::fit(&measured, &options),
         }
@@ -216,29 +216,29 @@ pub fn fit_rational(
             fit(*times)
         }
         (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. Where responses depart
-            // from the model by more than their noise, that decides nothing.
-            let plain = fit(0)?;
-            let twice = match plain.departs {
+            // Receptance and accelerance differ in the residual terms of modes outside the band: the better fit is used, unless the
+            // departures from the model exceed the noise.
+            let receptance = fit(0)?;
+            let accelerance = match receptance.departs {
                 true => None,
                 false => fit(2).ok(),
             };
-            Ok(twice
-                .filter(|twice| cost(twice) < cost(&plain))
-                .unwrap_or(plain))
+            Ok(accelerance
+                .filter(|accelerance| cost(accelerance) < cost(&receptance))
+                .unwrap_or(receptance))
         }
         _ => fit(0),
     };
     fitted.map(|mut fit| {
         fit.diagnostics.extend(few_hits);
-        let left = residual_delay_warning(&fit, responses, band.1);
-        fit.diagnostics.extend(left);
+        let delay_warning = residual_delay_warning(&fit, responses, band.1);
+        fit.diagnostics.extend(delay_warning);
         fit
     })
 }
 
-/// The poles a method begins with: as many as the lines carry.
-fn start(
+/// Initial poles of a method, limited by the number of lines.
+fn initial_poles(
     method: IdentificationMethod,
     lines: &[f64],
     values: &[Vec<Complex>],
@@ -255,7 +255,7 @@ fn start(
     Ok(Some(poles))
 }
 
-/// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.
+/// Bayesian information criterion of a fit (Schwarz 1978). The variance differs between fits, so χ² alone is not comparable.
 fn cost(fit: &RationalFit) -> f64 {
     let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
     2.0 * fit.negative_log_likelihood + unknowns as f64 * (fit.dof.max(2.0)).ln()

@@ -1,4 +1,4 @@
-//! Spectrum run: recording to spectra with labelled peaks.
+//! Spectrum analysis of a recording: spectra, cepstra and averages with labelled peaks.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -23,13 +23,13 @@ use crate::spectrum::peaks::{PeakOptions, find_peaks};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::window::Window;
 
-/// Lines next to 0 Hz in which a mean or a drift shows under a window.
+/// Number of lines next to 0 Hz affected by mean and drift under a window.
 const DC_LINES: usize = 3;
 
-/// The spectra a study asks for.
+/// Computes the spectra that a study requests.
 ///
 /// # Errors
-/// Channels that are not there or hold no signal, flags that do not fit, whatever the method refuses.
+/// Missing or constant channels, conflicting flags, and the errors of the method.
 pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<SpectrumResult, Error> {
     frequency_spectra::check_flags(study)?;
     let channels = study
@@ -40,15 +40,15 @@ pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spec
     check_band(recording, study)?;
     check_signal(recording, &channels, study.kind)?;
     let start = Instant::now();
-    let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
-    let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
-    let places: Vec<usize> = channels.iter().filter_map(place).collect();
-    let faults = fault_free::spectrum_warnings(recording, &places)?;
-    let mut answer = match study.kind {
+    let names: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+    let index = |c: &&Channel| names.iter().position(|name| *name == c.name);
+    let indices: Vec<usize> = channels.iter().filter_map(index).collect();
+    let faults = fault_free::spectrum_warnings(recording, &indices)?;
+    let mut result = match study.kind {
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
         SpectrumKind::SynchronousAverage => synchronous_average(recording, &channels, study)?,
         _ => {
-            let result = match study.kind {
+            let estimate = match study.kind {
                 SpectrumKind::Multitaper => {
                     frequency_spectra::multitaper_spectra(recording, &channels, study)?
                 }
@@ -56,16 +56,16 @@ pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spec
                     frequency_spectra::envelope_spectra(recording, &channels, study)?
                 }
                 SpectrumKind::Spectrogram => {
-                    let result = frequency_spectra::spectrograms(recording, &channels, study)?;
+                    let spectrogram = frequency_spectra::spectrograms(recording, &channels, study)?;
                     match study.tacho {
-                        Some(_) => order_spectra::over_speed(result, recording, study)?,
-                        None => result,
+                        Some(_) => order_spectra::over_speed(spectrogram, recording, study)?,
+                        None => spectrogram,
                     }
                 }
                 SpectrumKind::Order => order_spectra::order_spectra(recording, &channels, study)?,
                 _ => frequency_spectra::welch_spectra(recording, &channels, study)?,
             };
-            build_result(result, &channels, study)?
+            build_result(estimate, &channels, study)?
         }
     };
     let stage = match study.kind {
@@ -74,9 +74,9 @@ pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spec
         SpectrumKind::Order => "order spectrum",
         _ => "spectrum",
     };
-    answer.diagnostics.splice(0..0, faults);
-    answer.trace.push((stage, start.elapsed().as_secs_f64()));
-    Ok(answer)
+    result.diagnostics.splice(0..0, faults);
+    result.trace.push((stage, start.elapsed().as_secs_f64()));
+    Ok(result)
 }
 
 fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error> {
@@ -96,14 +96,14 @@ fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error>
     }
 }
 
-/// Refuses channels that never change.
+/// Rejects constant channels and amplitudes whose squares overflow.
 fn check_signal(
     recording: &Recording,
     channels: &[&Channel],
     kind: SpectrumKind,
 ) -> Result<(), Error> {
-    // Squares of samples and of their sums are numbers in this range; of the squares of an envelope they are once more squared.
-    let sizes = match kind {
+    // Range of amplitudes whose squares neither overflow nor underflow; an envelope squares twice.
+    let amplitudes = match kind {
         SpectrumKind::Envelope => 1e-70..1e70,
         _ => 1e-140..1e140,
     };
@@ -116,11 +116,11 @@ fn check_signal(
             }
         }
     })?;
-    let still = ranges
+    let constant = ranges
         .iter()
         .zip(channels)
         .find(|((low, high), _)| low >= high);
-    match still {
+    match constant {
         Some(((low, _), channel)) => {
             let message = format!("the channel {} is {low} throughout", channel.name);
             Err(Error::new(Code::NoSignal, message).with_hint(
@@ -128,20 +128,20 @@ fn check_signal(
             ))
         }
         None => {
-            let size = |(low, high): &(f64, f64)| high.abs().max(low.abs());
-            let wild = ranges
+            let largest = |(low, high): &(f64, f64)| high.abs().max(low.abs());
+            let overflowing = ranges
                 .iter()
                 .zip(channels)
-                .find(|(r, _)| !sizes.contains(&size(r)));
-            match wild {
-                Some((range, channel)) => Err(out_of_range(channel, size(range))),
+                .find(|(r, _)| !amplitudes.contains(&largest(r)));
+            match overflowing {
+                Some((range, channel)) => Err(out_of_range(channel, largest(range))),
                 None => Ok(()),
             }
         }
     }
 }
 
-/// The error of a channel whose squares are no numbers.
+/// Error for a channel whose squares overflow or underflow.
 fn out_of_range(channel: &Channel, size: f64) -> Error {
     let message = format!(
         "the squares of {} leave the range of numbers: it reaches {size:e}",
@@ -160,7 +160,7 @@ struct DensityConversion {
 }
 
 impl DensityConversion {
-    /// On an amplitude at a frequency; nothing below the low cut.
+    /// Factor on an amplitude at a frequency, Hz; zero below the low cut-off.
     fn amplitude_factor(self, frequency_hz: f64) -> f64 {
         match self.power {
             _ if frequency_hz < self.low_hz => 0.0,
@@ -170,10 +170,10 @@ impl DensityConversion {
     }
 }
 
-/// The conversion of a channel and the unit that comes out.
+/// Density conversion of a channel to a motion quantity, with the resulting unit.
 fn conversion(
     channel: &Channel,
-    history: Option<MotionQuantity>,
+    motion: Option<MotionQuantity>,
     low_hz: f64,
 ) -> Result<(DensityConversion, String), Error> {
     let unchanged = DensityConversion {
@@ -181,7 +181,7 @@ fn conversion(
         power: 0,
         low_hz: 0.0,
     };
-    let Some(history) = history else {
+    let Some(motion) = motion else {
         return Ok((unchanged, channel.unit.clone()));
     };
     let unknown = || {
@@ -193,17 +193,17 @@ fn conversion(
             .with_hint(format!("state its unit: --unit \"{}=m/s²\"", channel.name))
     };
     let quantity = channel_unit::parse(&channel.unit).ok_or_else(unknown)?;
-    let times = quantity
+    let measured_order = quantity
         .quantity
         .time_derivative_order()
         .ok_or_else(unknown)?;
-    let turns = matches!(
+    let is_angular = matches!(
         quantity.quantity,
         MeasuredQuantity::Angle
             | MeasuredQuantity::AngularVelocity
             | MeasuredQuantity::AngularAcceleration
     );
-    let (wanted, unit) = match (history, turns) {
+    let (order, unit) = match (motion, is_angular) {
         (MotionQuantity::Displacement, false) => (0, "m"),
         (MotionQuantity::Velocity, false) => (1, "m/s"),
         (MotionQuantity::Acceleration, false) => (2, "m/s²"),
@@ -211,7 +211,7 @@ fn conversion(
         (MotionQuantity::Velocity, true) => (1, "rad/s"),
         (MotionQuantity::Acceleration, true) => (2, "rad/s²"),
     };
-    let power = wanted - i32::from(times);
+    let power = order - i32::from(measured_order);
     let conversion = DensityConversion {
         scale: quantity.factor,
         power,
@@ -220,15 +220,15 @@ fn conversion(
     Ok((conversion, unit.to_string()))
 }
 
-/// Builds the result: spectrum converted, cut to the band, its lines named.
+/// Builds the result: converted spectrum within the band, with labelled peaks.
 fn build_result(
     result: SpectrumEstimate,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<SpectrumResult, Error> {
     let SpectrumEstimate {
-        method_text: mut how,
-        abscissa_kind: across,
+        mut method_text,
+        abscissa_kind,
         spectra,
         spectrogram_rows: mut rows,
         speed,
@@ -238,11 +238,11 @@ fn build_result(
         SpectrumKind::Envelope => None,
         _ => study.band,
     };
-    let inside: Vec<usize> = (0..spectra.frequency_hz.len())
+    let in_band: Vec<usize> = (0..spectra.frequency_hz.len())
         .filter(|&k| is_inside(band, spectra.frequency_hz[k]))
         .collect();
     let spacing = frequency_resolution(&spectra);
-    if inside.is_empty() {
+    if in_band.is_empty() {
         let message = match band {
             Some((low, high)) => {
                 format!(
@@ -264,7 +264,7 @@ fn build_result(
         check_range(channel, &spectra.psd[c])?;
         let (conversion, unit) = conversion(channel, study.history, low_hz)?;
         if conversion.low_hz > 0.0 && c == 0 {
-            how += &format!("; nothing below {} Hz", format_short(low_hz));
+            method_text += &format!("; nothing below {} Hz", format_short(low_hz));
         }
         let (value_unit, amplitude_unit) = units(study.kind, &unit);
         let value = |f: f64, density: f64, edge: f64| -> f64 {
@@ -278,13 +278,13 @@ fn build_result(
             }
         };
         let edge = |k: usize| {
-            let once = spectra.is_real_line(k) && study.kind == SpectrumKind::Amplitude;
-            if once { 1.0 } else { 2.0 }
+            let is_real = spectra.is_real_line(k) && study.kind == SpectrumKind::Amplitude;
+            if is_real { 1.0 } else { 2.0 }
         };
-        let at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
+        let value_at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
         let rms = study.kind == SpectrumKind::Rms;
-        let flat = study.window == Some(Window::FlatTop);
-        let mut lines = labelled_peaks(&spectra, c, band, flat);
+        let is_flat_top = study.window == Some(Window::FlatTop);
+        let mut lines = labelled_peaks(&spectra, c, band, is_flat_top);
         for line in &mut lines {
             let tone = conversion.amplitude_factor(line.position)
                 * (spectra.bandwidth_hz * line.value).sqrt();
@@ -293,30 +293,30 @@ fn build_result(
         }
         lines.retain(|line| line.amplitude > 0.0);
         sort_falling(&mut lines, |a| a.amplitude);
-        // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
-        let known = match across {
+        // In a run-up the response lags increasingly: the order is uncertain by a line.
+        let uncertainty = match abscissa_kind {
             AbscissaKind::Order => 2.0 * spacing,
             _ => spacing,
         };
-        label_peaks(&mut lines, study, known);
-        if across == AbscissaKind::Frequency {
+        label_peaks(&mut lines, study, uncertainty);
+        if abscissa_kind == AbscissaKind::Frequency {
             name_mains(&mut lines, spacing);
         }
-        let mut of_channel = if rows.is_empty() {
+        let mut channel_rows = if rows.is_empty() {
             Vec::new()
         } else {
             std::mem::take(&mut rows[c])
         };
-        for row in &mut of_channel {
-            row.density = inside.iter().map(|&k| row.density[k]).collect();
+        for row in &mut channel_rows {
+            row.density = in_band.iter().map(|&k| row.density[k]).collect();
         }
         channel_spectra.push(ChannelSpectrum {
             channel: channel.name.clone(),
             unit: value_unit,
             amplitude_unit,
-            value: inside.iter().map(at).collect(),
+            value: in_band.iter().map(value_at).collect(),
             peaks: lines,
-            spectrogram_rows: of_channel,
+            spectrogram_rows: channel_rows,
             speed: speed.clone(),
         });
     }
@@ -334,10 +334,10 @@ fn build_result(
     let inner = 1.min(spectra.frequency_hz.len() - 1);
     Ok(SpectrumResult {
         trace: Vec::new(),
-        method_text: how,
+        method_text,
         kind: study.kind,
-        abscissa_kind: across,
-        abscissa: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
+        abscissa_kind,
+        abscissa: in_band.iter().map(|&k| spectra.frequency_hz[k]).collect(),
         channel_spectra,
         quefrency_range_s: None,
         abscissa_step: spacing,
@@ -347,7 +347,7 @@ fn build_result(
     })
 }
 
-/// Refuses a channel that changes, but whose squares are none.
+/// Rejects a channel whose spectral density is zero or not finite.
 fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
     if density.iter().all(|s| s.is_finite()) && density.iter().any(|s| *s > 0.0) {
         return Ok(());
@@ -360,14 +360,14 @@ fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
         .with_hint("check its unit, sensitivity and range: geardyn check"))
 }
 
-/// A frequency in as many digits as a relative step of `step` leaves meaning.
+/// Formats a frequency, Hz, with the digits significant at a relative resolution of `step` · f.
 fn format_significant(hertz: f64, step: f64) -> String {
     let digits = (-(step * hertz).log10()).clamp(2.0, 6.0) as usize;
-    let whole = hertz.abs().log10().floor().max(0.0) as usize;
-    format!("{hertz:.*}", digits.saturating_sub(whole))
+    let exponent = hertz.abs().log10().floor().max(0.0) as usize;
+    format!("{hertz:.*}", digits.saturating_sub(exponent))
 }
 
-/// A frequency without zeros behind.
+/// Formats a frequency, Hz, without trailing zeros.
 fn format_short(hertz: f64) -> String {
     if !(1e-5..1e12).contains(&hertz.abs()) && hertz != 0.0 {
         return format!("{hertz:e}");
@@ -376,11 +376,11 @@ fn format_short(hertz: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-pub(super) fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {
-    band.is_none_or(|(low, high)| (low..=high).contains(&place))
+pub(super) fn is_inside(band: Option<(f64, f64)>, position: f64) -> bool {
+    band.is_none_or(|(low, high)| (low..=high).contains(&position))
 }
 
-/// Between lines.
+/// Line spacing, in the unit of the abscissa.
 fn frequency_resolution(spectra: &Spectra) -> f64 {
     match spectra.frequency_hz[..] {
         [first, second, ..] => second - first,
@@ -388,7 +388,7 @@ fn frequency_resolution(spectra: &Spectra) -> f64 {
     }
 }
 
-/// Units of the curve and of the amplitudes of its lines.
+/// Units of the spectrum and of the amplitudes of its lines.
 fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
     let square = match unit {
         "" => String::new(),
@@ -405,15 +405,15 @@ fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
     }
 }
 
-/// Lines in the band, their values densities: the significant ones, and in any case the strongest. Under a `flat` window the
-/// highest line is the height of a tone.
+/// Significant peaks in the band with their densities, including the strongest in any case. Under a flat-top window (`flat`) the
+/// highest line gives the height of a tone.
 pub(super) fn labelled_peaks(
     spectra: &Spectra,
     channel: usize,
     band: Option<(f64, f64)>,
     flat: bool,
 ) -> Vec<LabelledPeak> {
-    let inside = |f: f64| is_inside(band, f);
+    let in_band = |f: f64| is_inside(band, f);
     let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| LabelledPeak {
         position,
         value: density,
@@ -423,31 +423,31 @@ pub(super) fn labelled_peaks(
         names: Vec::new(),
     };
     let (psd, f) = (&spectra.psd[channel], &spectra.frequency_hz);
-    let found = find_peaks(spectra, channel, &PeakOptions::default());
-    let mut all: Vec<LabelledPeak> = found
+    let peaks = find_peaks(spectra, channel, &PeakOptions::default());
+    let mut labelled: Vec<LabelledPeak> = peaks
         .iter()
-        .filter(|p| inside(p.frequency_hz))
+        .filter(|p| in_band(p.frequency_hz))
         .map(|p| {
             let height = if flat { psd[p.line] } else { p.psd };
             line(p.frequency_hz, height, Some(p.signal_to_noise), true)
         })
         .collect();
-    let top = |&k: &usize| psd[k] > psd[k - 1] && psd[k] >= psd[k + 1] && inside(f[k]);
+    let top = |&k: &usize| psd[k] > psd[k - 1] && psd[k] >= psd[k + 1] && in_band(f[k]);
     let strongest = (DC_LINES..psd.len().saturating_sub(1))
         .filter(top)
         .max_by(|&a, &b| psd[a].total_cmp(&psd[b]));
     if let Some(k) = strongest
         && psd[k] > 0.0
-        && !found.iter().any(|p| p.line == k)
+        && !peaks.iter().any(|p| p.line == k)
     {
         let (shift, top) = log_vertex([psd[k - 1], psd[k], psd[k + 1]]);
         let height = if flat { psd[k] } else { top };
-        all.push(line(f[k] + shift * (f[k] - f[k - 1]), height, None, false));
+        labelled.push(line(f[k] + shift * (f[k] - f[k - 1]), height, None, false));
     }
-    all
+    labelled
 }
 
-/// Gives lines the names of what was expected within reach.
+/// Labels peaks with the expected lines within the frequency uncertainty.
 pub(super) fn label_peaks(lines: &mut [LabelledPeak], study: &SpectrumStudy, spacing: f64) {
     let measured: Vec<line_labels::MeasuredLine> = lines
         .iter()
@@ -457,11 +457,11 @@ pub(super) fn label_peaks(lines: &mut [LabelledPeak], study: &SpectrumStudy, spa
             uncertainty: 0.5 * spacing,
         })
         .collect();
-    for (line, found) in lines
+    for (line, label) in lines
         .iter_mut()
         .zip(label_lines(&measured, &study.expected_lines))
     {
-        for &candidate in found.candidates.iter().take(found.indistinguishable) {
+        for &candidate in label.candidates.iter().take(label.indistinguishable) {
             let name = &study.expected_lines[candidate].name;
             if !line.names.contains(name) {
                 line.names.push(name.clone());
@@ -470,26 +470,26 @@ pub(super) fn label_peaks(lines: &mut [LabelledPeak], study: &SpectrumStudy, spa
     }
 }
 
-/// Names the lines of the mains among the significant ones.
+/// Labels the significant peaks at mains frequencies.
 fn name_mains(lines: &mut [LabelledPeak], spacing: f64) {
-    let mut clear: Vec<&mut LabelledPeak> = lines.iter_mut().filter(|l| l.significant).collect();
-    let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();
+    let mut peaks: Vec<&mut LabelledPeak> = lines.iter_mut().filter(|l| l.significant).collect();
+    let positions: Vec<f64> = peaks.iter().map(|l| l.position).collect();
     let names = mains::names(&positions, 0.5 * spacing);
-    for (line, name) in clear.iter_mut().zip(names) {
+    for (line, name) in peaks.iter_mut().zip(names) {
         line.names.extend(name);
     }
 }
 
-/// Real cepstra with their strongest family.
+/// Real cepstra with the rahmonics of their strongest family.
 fn cepstrum(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<SpectrumResult, Error> {
     const RAHMONICS: usize = 8;
-    // A family of lines closer than four lines of the spectrum is not resolved, and one of the first samples is not told from its slope.
+    // Families closer than four lines are not resolved; at the first samples they merge with the slope of the spectrum.
     const QUEFRENCY_RANGE: (f64, f64) = (8.0, 0.5);
-    /// Families that noise alone may show in a hundred cepstra.
+    /// False-alarm probability of a family per cepstrum.
     const FALSE_ALARMS: f64 = 0.01;
     let result = frequency_spectra::welch_spectra(recording, channels, study)?;
     let mut diagnostics = result.diagnostics;
@@ -500,19 +500,19 @@ fn cepstrum(
         check_range(channel, density)?;
         Cepstrum::from_psd(density, block, recording.rate_hz)
     };
-    let both = result.spectra.psd.iter().zip(channels);
-    let all = both.map(cepstrum).collect::<Result<Vec<_>, Error>>()?;
-    let places = all.first().map_or(Vec::new(), |c| c.quefrency_s());
-    let longest = places.last().copied().unwrap_or(0.0);
+    let pairs = result.spectra.psd.iter().zip(channels);
+    let all = pairs.map(cepstrum).collect::<Result<Vec<_>, Error>>()?;
+    let quefrencies_s = all.first().map_or(Vec::new(), |c| c.quefrency_s());
+    let max_s = quefrencies_s.last().copied().unwrap_or(0.0);
     let (low_s, high_s) = match study.band {
-        Some((low, high)) => (1.0 / high, (1.0 / low).min(longest)),
+        Some((low, high)) => (1.0 / high, (1.0 / low).min(max_s)),
         None => (
             QUEFRENCY_RANGE.0 / recording.rate_hz,
-            QUEFRENCY_RANGE.1 * longest,
+            QUEFRENCY_RANGE.1 * max_s,
         ),
     };
-    let sought = ((high_s - low_s) * recording.rate_hz).max(1.0);
-    let least = normal_quantile(1.0 - FALSE_ALARMS / sought);
+    let n_tested = ((high_s - low_s) * recording.rate_hz).max(1.0);
+    let threshold = normal_quantile(1.0 - FALSE_ALARMS / n_tested);
     let channel_spectra: Vec<ChannelSpectrum> = all
         .into_iter()
         .zip(channels)
@@ -526,7 +526,7 @@ fn cepstrum(
                 value: *height,
                 amplitude: *height,
                 signal_to_noise: (noise > 0.0).then_some((height / noise).powi(2)),
-                significant: *height > least * noise,
+                significant: *height > threshold * noise,
                 names: vec![match k {
                     0 => format!("lines {} Hz apart", format_significant(1.0 / first, first)),
                     _ => format!("{}th rahmonic", k + 1)
@@ -568,7 +568,7 @@ fn cepstrum(
         ),
         kind: study.kind,
         abscissa_kind: AbscissaKind::Quefrency,
-        abscissa: places,
+        abscissa: quefrencies_s,
         channel_spectra,
         quefrency_range_s: Some((low_s, high_s)),
         abscissa_step: 1.0 / recording.rate_hz,
@@ -578,13 +578,13 @@ fn cepstrum(
     })
 }
 
-/// The mean over turns.
+/// Synchronous averages over revolutions.
 fn synchronous_average(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<SpectrumResult, Error> {
-    let found = order_spectra::synchronous_averages(recording, channels, study)?;
+    let means = order_spectra::synchronous_averages(recording, channels, study)?;
     let curve = |(value, channel): (Vec<f64>, &&Channel)| ChannelSpectrum {
         channel: channel.name.clone(),
         unit: channel.unit.clone(),
@@ -594,18 +594,18 @@ fn synchronous_average(
         spectrogram_rows: Vec::new(),
         speed: Vec::new(),
     };
-    let per_turn = found.angle_deg.len();
+    let n_angles = means.angle_deg.len();
     Ok(SpectrumResult {
         trace: Vec::new(),
-        method_text: found.method_text,
+        method_text: means.method_text,
         kind: study.kind,
         abscissa_kind: AbscissaKind::Angle,
-        abscissa: found.angle_deg,
-        channel_spectra: found.values.into_iter().zip(channels).map(curve).collect(),
+        abscissa: means.angle_deg,
+        channel_spectra: means.values.into_iter().zip(channels).map(curve).collect(),
         quefrency_range_s: None,
-        abscissa_step: 360.0 / per_turn as f64,
-        averages: Some(found.revolutions as f64),
+        abscissa_step: 360.0 / n_angles as f64,
+        averages: Some(means.revolutions as f64),
         interval: None,
-        diagnostics: found.diagnostics,
+        diagnostics: means.diagnostics,
     })
 }

@@ -1,42 +1,42 @@
-//! pLSCF by overlapping sub-bands of a wide band; modes kept where two sub-bands agree.
+//! pLSCF in overlapping sub-bands of a wide band; a mode must have a pole in two of them.
 //!
-//! One polynomial over many lines spends its order on what is large and sees little of the rest; over a part it sees all, and
-//! what noise makes it see besides differs from part to part. So every line lies in two parts, and a mode is what both find.
+//! One polynomial over a wide band fits the largest responses and misses weak modes. A polynomial over a sub-band fits both, and
+//! its noise poles differ from those of other sub-bands. So every spectral line lies in two sub-bands.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::base::error::Error;
 use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::measured_frf::MeasuredFrf;
-use crate::identify::modal::plscf::{PlscfOptions, plscf as poles};
+use crate::identify::modal::plscf::{PlscfOptions, plscf};
 use crate::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
 use crate::numeric::sorting::sort_rising;
 
-/// Lines of half a part: thirty for each coefficient of the highest order in a whole one.
+/// Spectral lines of half a sub-band: a sub-band has thirty for each coefficient of the highest order.
 const HALF_BAND_LINES: usize = 1200;
 
-/// With fewer halves the band is not wide.
+/// Minimum number of half sub-bands of a wide band.
 const MIN_HALF_BANDS: usize = 5;
 
 /// Frequency responses within a sub-band.
 pub struct SubBand<'a> {
-    lines: MeasuredFrf<'a>,
+    responses: MeasuredFrf<'a>,
 }
 
 impl SubBand<'_> {
     fn contains(&self, frequency_hz: f64) -> bool {
-        let (low, high) = self.lines.band_limits_hz();
+        let (low, high) = self.responses.band_limits_hz();
         (low..=high).contains(&frequency_hz)
     }
 
-    /// Distance of a frequency from the centre.
+    /// Distance of a frequency from the centre, Hz.
     fn distance_from_centre(&self, frequency_hz: f64) -> f64 {
-        let (low, high) = self.lines.band_limits_hz();
+        let (low, high) = self.responses.band_limits_hz();
         (frequency_hz - 0.5 * (low + high)).abs()
     }
 }
 
-/// Sub-bands of a wide band, overlapping by half; none where it has fewer lines than five half sub-bands.
+/// Sub-bands of a wide band, overlapping by half; `None` for a band of fewer lines than five half sub-bands.
 pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
     let lines = measured.frequency_hz();
     let halves = lines.len() / HALF_BAND_LINES;
@@ -44,85 +44,85 @@ pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
         return None;
     }
     let edge = |h: usize| (h * lines.len() / halves).min(lines.len() - 1);
-    let part = |(from, to): (usize, usize)| {
-        let lines = measured.band(lines[edge(from)], lines[edge(to)]).ok()?;
-        Some(SubBand { lines })
+    let sub_band = |(from, to): (usize, usize)| {
+        let responses = measured.band(lines[edge(from)], lines[edge(to)]).ok()?;
+        Some(SubBand { responses })
     };
     let pairs = (0..halves - 1).map(|h| (h, h + 2));
     std::iter::once((0, 1))
         .chain(pairs)
         .chain([(halves - 1, halves)])
-        .map(part)
+        .map(sub_band)
         .collect()
 }
 
-/// pLSCF in each sub-band: poles of all orders, and the modes found in two sub-bands, each from the one whose centre is nearest.
+/// Poles of all orders by pLSCF in each sub-band, and the modes identified in two sub-bands, from the one with the nearest centre.
 ///
 /// # Errors
-/// As [`poles`].
+/// As [`plscf`].
 pub fn plscf_by_sub_band(
-    parts: &[SubBand],
+    bands: &[SubBand],
     rule: &SelectionRule,
 ) -> Result<(Vec<OrderPoles>, Vec<SelectedMode>), Error> {
-    let mut all: Vec<OrderPoles> = Vec::new();
-    let mut found: Vec<Vec<SelectedMode>> = Vec::new();
-    for (k, part) in parts.iter().enumerate() {
-        let orders = poles(&part.lines, &PlscfOptions::default())?;
-        found.push(select_modes(
+    let mut poles: Vec<OrderPoles> = Vec::new();
+    let mut selected: Vec<Vec<SelectedMode>> = Vec::new();
+    for (k, band) in bands.iter().enumerate() {
+        let orders = plscf(&band.responses, &PlscfOptions::default())?;
+        selected.push(select_modes(
             &orders,
-            part.lines.frequency_resolution_hz(),
+            band.responses.frequency_resolution_hz(),
             rule,
         ));
         for (at, order) in orders.into_iter().enumerate() {
-            let own = |f: f64| nearest(parts, f) == Some(k);
-            let kept = order
+            let is_nearest = |f: f64| nearest(bands, f) == Some(k);
+            let nearest_poles = order
                 .poles
                 .into_iter()
-                .filter(|p| own(p.pole.im / TAU))
+                .filter(|p| is_nearest(p.pole.im / TAU))
                 .collect();
-            match all.get_mut(at) {
-                Some(known) => {
-                    let before = std::mem::take(&mut known.poles);
-                    *known = OrderPoles::new(known.order, [before, kept].concat());
+            match poles.get_mut(at) {
+                Some(merged) => {
+                    let previous = std::mem::take(&mut merged.poles);
+                    *merged = OrderPoles::new(merged.order, [previous, nearest_poles].concat());
                 }
-                None => all.push(OrderPoles::new(order.order, kept)),
+                None => poles.push(OrderPoles::new(order.order, nearest_poles)),
             }
         }
     }
     let mut modes = Vec::new();
-    for (k, own) in found.iter().enumerate() {
-        for mode in own {
+    for (k, candidates) in selected.iter().enumerate() {
+        for mode in candidates {
             let f = mode.mode.damped_frequency_hz();
-            let others = (0..parts.len()).filter(|&o| o != k && parts[o].contains(f));
+            let others = (0..bands.len()).filter(|&o| o != k && bands[o].contains(f));
             let agree = others.into_iter().any(|o| {
-                let reach = |m: &SelectedMode| {
-                    m.mode.pole.re.abs() + PI * parts[o].lines.frequency_resolution_hz()
+                let half_width = |m: &SelectedMode| {
+                    m.mode.pole.re.abs() + PI * bands[o].responses.frequency_resolution_hz()
                 };
-                (found[o].iter()).any(|m| {
+                (selected[o].iter()).any(|m| {
                     (m.mode.pole - mode.mode.pole).norm()
-                        < rule.cluster_cut * (reach(m) + reach(mode))
+                        < rule.cluster_cut * (half_width(m) + half_width(mode))
                 })
             });
-            if agree && nearest(parts, f) == Some(k) {
+            if agree && nearest(bands, f) == Some(k) {
                 modes.push(mode.clone());
             }
         }
     }
     sort_rising(&mut modes, |a| a.mode.pole.norm());
-    Ok((all, modes))
+    Ok((poles, modes))
 }
 
-/// The part in whose middle a frequency lies.
-fn nearest(parts: &[SubBand], frequency_hz: f64) -> Option<usize> {
-    let off = |&k: &usize| parts[k].distance_from_centre(frequency_hz);
-    (0..parts.len())
-        .filter(|&k| parts[k].contains(frequency_hz))
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
+/// Index of the sub-band with the nearest centre among those that contain a frequency.
+fn nearest(bands: &[SubBand], frequency_hz: f64) -> Option<usize> {
+    let distance = |&k: &usize| bands[k].distance_from_centre(frequency_hz);
+    (0..bands.len())
+        .filter(|&k| bands[k].contains(frequency_hz))
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The selection rule as text of a report.
-pub fn rule_text(parts: &[SubBand], rule: &SelectionRule) -> String {
-    let count = parts.len();
+/// Selection rule as a sentence of a report.
+pub fn rule_text(bands: &[SubBand], rule: &SelectionRule) -> String {
+    let count = bands.len();
     format!(
         "{count} sub-bands overlapping by half, a mode must be found in two; in each {}",
         rule.rule_text()

@@ -1,4 +1,4 @@
-//! Modes that are weak, by a stated rule, and stable columns of a diagram that are no modes, each with its reason.
+//! Rule for weak modes, and rejected stable columns of a stabilisation diagram, each with its reason.
 
 use std::f64::consts::TAU;
 
@@ -11,22 +11,22 @@ use crate::numeric::Complex;
 use crate::numeric::sorting::sort_rising;
 use crate::numeric::statistics::Z_95;
 
-/// A frequency or a decay rate less certain than this share of the half-power half-bandwidth makes a mode weak.
+/// Maximum standard deviation of the frequency, as a share of the half-power half-bandwidth, and of the damping, relative.
 const MAX_CERTAIN_STD: f64 = 0.2;
 
-/// A mode that departs from the linear model by more than this share of its own value is weak: what is left is of the size of other modes.
+/// Maximum departure from the linear model, as a share of the mode: above it the residual is as large as other modes.
 const MAX_DEPARTURE: f64 = 0.3;
 
-/// Without an input a mode narrower than a line is weak unless its damping is known to better than this share, as a standard deviation.
+/// Maximum relative standard deviation of damping for a mode narrower than the line spacing, in operational analysis.
 const KNOWN_DAMPING: f64 = 0.1;
 
-/// Below a line's width a mode is weak where its coherence is below this as well.
+/// Minimum coherence of a mode narrower than the line spacing.
 const NARROW_COHERENCE: f64 = 0.8;
 
-/// Why a mode from hits of one sample is weak.
+/// Reason for weak modes from force pulses of one sample.
 pub const UNRESOLVED_PULSE: &str = "the pulse of the force lasts one sample: it may be folded down from above half the sample rate";
 
-/// The rule of a method as a sentence. Without an input the frequency of a mode is rarely known to a tenth of its half-power width.
+/// Rule for weak modes of a method, one sentence. Operational analysis rarely finds a frequency to a tenth of the half-power bandwidth.
 pub fn rule(method: IdentificationMethod) -> &'static str {
     match method {
         IdentificationMethod::SsiCov | IdentificationMethod::SsiData => {
@@ -38,35 +38,35 @@ pub fn rule(method: IdentificationMethod) -> &'static str {
     }
 }
 
-/// Whether the 95 % interval of the damping includes zero, as of a sine or of noise; `None` without an uncertainty.
+/// True if the 95 % confidence interval of the damping ratio includes zero, as for a sine or noise; `None` without an uncertainty.
 pub fn damping_includes_zero(mode: &ModalParameters) -> Option<bool> {
     Some(Z_95 * mode.damping_std()? >= mode.damping_ratio())
 }
 
-/// Without an input a mode whose damping interval includes zero is weak unless its frequency is known to this share of the half-power
-/// half-bandwidth …
+/// Maximum standard deviation of the frequency, as a share of the half-power half-bandwidth, of a resonance with a damping interval
+/// that includes zero, in operational analysis …
 const CERTAIN_RESONANCE: f64 = 0.25;
 
-/// … or shows in this share of the orders, and is known to this share of itself. Of measured structures 16.271 ± 0.088 Hz with a damping of
-/// 0.29 ± 0.45 % is in 93 % of the orders; what noise makes is off by 2 % and more.
+/// … or minimum presence over the orders, and maximum relative standard deviation of the frequency. A measured mode of 16.271 ± 0.088 Hz and
+/// 0.29 ± 0.45 % damping is in 93 % of the orders; noise poles scatter by 2 % and more.
 const CERTAIN_COLUMN: (f64, f64) = (0.8, 0.006);
 
-/// Whether a mode from responses alone is a resonance, little as its damping is known.
-fn is_certain_resonance(found: &IdentifiedMode) -> bool {
-    let (mode, frequency) = (&found.mode, found.frequency_hz());
+/// True if an operational mode is a resonance in spite of an uncertain damping.
+fn is_certain_resonance(identified: &IdentifiedMode) -> bool {
+    let (mode, frequency) = (&identified.mode, identified.frequency_hz());
     let half_width = mode.pole.re.abs() / TAU;
-    let is_column = found.presence.is_some_and(|p| p >= CERTAIN_COLUMN.0);
+    let is_column = identified.presence.is_some_and(|p| p >= CERTAIN_COLUMN.0);
     mode.frequency_std_hz().is_some_and(|std| {
         std < CERTAIN_RESONANCE * half_width || (is_column && std < CERTAIN_COLUMN.1 * frequency)
     })
 }
 
-/// Why the damping of a mode from responses alone does not show a resonance; `None` where it does, or has no uncertainty. `line_hz` is the
-/// distance of the lines.
-pub fn unresolved_damping(found: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
-    let mode = &found.mode;
+/// Reason why the damping of an operational mode does not prove a resonance; `None` if it does or has no uncertainty. `line_hz` is the
+/// line spacing, Hz.
+pub fn unresolved_damping(identified: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
+    let mode = &identified.mode;
     let width = 2.0 * mode.pole.re.abs() / TAU;
-    if damping_includes_zero(mode)? && !is_certain_resonance(found) {
+    if damping_includes_zero(mode)? && !is_certain_resonance(identified) {
         return Some("the interval of its damping includes zero, and its frequency is uncertain");
     }
     (width < line_hz && mode.damping_std()? > KNOWN_DAMPING * mode.damping_ratio()).then_some(
@@ -74,32 +74,32 @@ pub fn unresolved_damping(found: &IdentifiedMode, line_hz: f64) -> Option<&'stat
     )
 }
 
-/// Whether the standard deviation of the frequency exceeds a tenth of the half-power width.
+/// True if the standard deviation of the frequency exceeds a tenth of the half-power bandwidth.
 pub fn is_frequency_uncertain(mode: &ModalParameters) -> bool {
     let half_width = mode.pole.re.abs() / TAU;
     (mode.frequency_std_hz()).is_some_and(|std| std > MAX_CERTAIN_STD * half_width)
 }
 
-/// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
+/// Reason why a mode is weak; `None` if it is not or has no uncertainty. `line_hz` is the line spacing, Hz.
 pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Option<&'static str> {
-    // What the difference of two hits adds to an interval says little of the mode.
-    let wider = mode.departure.map_or(1.0, |d| d.two_hit_factor);
-    let mut own = mode.mode.clone();
-    own.pole_covariance = Some(own.pole_covariance?.map(|c| c / wider.powi(2)));
-    let is_narrow = 2.0 * own.pole.re.abs() / TAU < line_hz;
+    // The widening of an interval from two hits is no property of the mode.
+    let widening = mode.departure.map_or(1.0, |d| d.two_hit_factor);
+    let mut fitted = mode.mode.clone();
+    fitted.pole_covariance = Some(fitted.pole_covariance?.map(|c| c / widening.powi(2)));
+    let is_narrow = 2.0 * fitted.pole.re.abs() / TAU < line_hz;
     let is_incoherent = is_narrow && coherence.is_some_and(|c| c < NARROW_COHERENCE);
-    let is_damping_uncertain =
-        (own.damping_std()).is_some_and(|std| std > MAX_CERTAIN_STD * own.damping_ratio().abs());
-    let departs = mode
+    let is_damping_uncertain = (fitted.damping_std())
+        .is_some_and(|std| std > MAX_CERTAIN_STD * fitted.damping_ratio().abs());
+    let is_nonlinear = mode
         .departure
         .is_some_and(|d| d.model_error > MAX_DEPARTURE);
     let reasons = [
         (
-            damping_includes_zero(&own) == Some(true),
+            damping_includes_zero(&fitted) == Some(true),
             "the interval of its damping includes zero",
         ),
         (
-            is_frequency_uncertain(&own),
+            is_frequency_uncertain(&fitted),
             "its frequency is uncertain by more than a tenth of its half-power width",
         ),
         (
@@ -107,7 +107,7 @@ pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Op
             "its damping is uncertain by more than a fifth",
         ),
         (
-            departs,
+            is_nonlinear,
             "it departs from the linear model by more than 30 %: what is left is of the size of other modes",
         ),
         (
@@ -118,7 +118,7 @@ pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Op
     reasons.into_iter().find(|r| r.0).map(|r| r.1)
 }
 
-/// Modes by rising frequency, and apart from them, unless they are joined, the weak ones; each of these with its `reason`.
+/// Modes and weak modes, each by ascending frequency; `is_joined` returns all as modes. Weak modes have their `reason`.
 pub fn split_weak(
     mut all: Vec<IdentifiedMode>,
     reason: impl Fn(&IdentifiedMode) -> Option<&'static str>,
@@ -131,13 +131,13 @@ pub fn split_weak(
     all.into_iter().partition(|m| is_joined || m.weak.is_none())
 }
 
-/// Stable poles over rising orders this near to the next are one column, relative.
+/// Maximum relative frequency difference of neighbouring stable poles of one column.
 const COLUMN_TOLERANCE: f64 = 0.005;
 
-/// Fewer orders make no column.
+/// Minimum number of orders of a column.
 const MIN_ORDERS: usize = 3;
 
-/// Stable columns of a diagram without a mode, rad/s, and why.
+/// Rejected stable columns of a diagram: pole, rad/s, and reason.
 pub fn columns(
     poles: &[StabilisationPole],
     modes: &[IdentifiedMode],
@@ -150,35 +150,35 @@ pub fn columns(
         .filter(|p| p.stability == PoleStability::Stable)
         .collect();
     sort_rising(&mut stable, |a| a.frequency_hz);
-    let next = |a: &&StabilisationPole, b: &&StabilisationPole| {
+    let is_same_column = |a: &&StabilisationPole, b: &&StabilisationPole| {
         b.frequency_hz - a.frequency_hz < COLUMN_TOLERANCE * b.frequency_hz
     };
     let mut omitted = Vec::new();
-    for column in stable.chunk_by(next) {
-        let mut own: Vec<usize> = column.iter().map(|p| p.order).collect();
-        own.sort_unstable();
-        own.dedup();
+    for column in stable.chunk_by(is_same_column) {
+        let mut column_orders: Vec<usize> = column.iter().map(|p| p.order).collect();
+        column_orders.sort_unstable();
+        column_orders.dedup();
         let middle = column[column.len() / 2];
         let (f, damping) = (middle.frequency_hz, middle.damping_ratio);
-        let ends = (
+        let limits = (
             column[0].frequency_hz,
             column[column.len() - 1].frequency_hz,
         );
-        let is_held = |m: &IdentifiedMode| (ends.0..=ends.1).contains(&m.frequency_hz());
-        if own.len() < MIN_ORDERS || modes.iter().any(is_held) {
+        let is_identified = |m: &IdentifiedMode| (limits.0..=limits.1).contains(&m.frequency_hz());
+        if column_orders.len() < MIN_ORDERS || modes.iter().any(is_identified) {
             continue;
         }
         let half_width = |m: &IdentifiedMode| m.mode.pole.re.abs() / TAU;
-        let is_beside = |m: &IdentifiedMode| {
+        let is_near = |m: &IdentifiedMode| {
             (m.frequency_hz() - f).abs() < half_width(m).max(COLUMN_TOLERANCE * f)
         };
         let reason = if !(band_hz.0..=band_hz.1).contains(&f) {
             "a stable column outside the band"
         } else if !(0.0..=rule.max_damping_ratio).contains(&damping) {
             "a stable column whose damping is negative or that of a background"
-        } else if modes.iter().any(is_beside) {
+        } else if modes.iter().any(is_near) {
             "a stable column within the half-power band of a mode, taken as that mode"
-        } else if (own.len() as f64) < rule.presence * orders.len() as f64 {
+        } else if (column_orders.len() as f64) < rule.presence * orders.len() as f64 {
             "a stable column over fewer than a third of the orders"
         } else {
             "a stable column whose poles differ from order to order by more than half a half-bandwidth"
@@ -215,8 +215,8 @@ mod tests {
     /// 543.68 ± 0.11 Hz with a damping of 0.034 ± 0.027 %: half-power width 0.37 Hz, lines 0.5 Hz.
     #[test]
     fn law_weak_modes() {
-        let seen = mode(543.68, 0.00034, 0.056, 0.000138);
-        assert!(reason(&seen, 0.5, None).is_some_and(|r| r.contains("tenth")));
+        let narrow = mode(543.68, 0.00034, 0.056, 0.000138);
+        assert!(reason(&narrow, 0.5, None).is_some_and(|r| r.contains("tenth")));
         let why = |m: &IdentifiedMode, line_hz| reason(m, line_hz, Some(1.0)).unwrap_or_default();
         assert!(why(&mode(500.0, 0.001, 0.01, 0.0006), 0.1).contains("zero"));
         assert!(why(&mode(500.0, 0.001, 0.2, 0.0001), 0.1).contains("tenth"));
@@ -224,8 +224,8 @@ mod tests {
         assert_eq!(why(&mode(500.0, 0.001, 0.01, 0.00002), 2.0), "");
     }
 
-    /// A peak of a plate, 49.737 ± 0.042 Hz with a damping of 0.422 ± 0.085 %, is a mode, narrow as it is; one that departs by half of its
-    /// own value is weak, however certain the fit takes it to be.
+    /// A peak of a plate, 49.737 ± 0.042 Hz with a damping of 0.422 ± 0.085 %, is a mode in spite of its narrow width; a departure by half of
+    /// the mode makes it weak, whatever its intervals.
     #[test]
     fn law_departing_modes_are_weak() {
         let departing = |share: f64| IdentifiedMode {
@@ -239,50 +239,50 @@ mod tests {
             }),
             ..mode(49.737, 0.00422, 0.021, 0.00043)
         };
-        let why = |m: &IdentifiedMode| reason(m, 0.512, Some(0.998));
-        assert_eq!(why(&departing(0.274)), None);
-        assert!(why(&departing(0.5)).is_some_and(|r| r.contains("departs")));
+        let weak_reason = |m: &IdentifiedMode| reason(m, 0.512, Some(0.998));
+        assert_eq!(weak_reason(&departing(0.274)), None);
+        assert!(weak_reason(&departing(0.5)).is_some_and(|r| r.contains("departs")));
     }
 
-    /// 34.05354 ± 0.00047 Hz with a damping of 0.0226 ± 0.0014 % from lines 0.3125 Hz apart: weak at a coherence of 0.434, not at 0.95.
+    /// 34.05354 ± 0.00047 Hz with a damping of 0.0226 ± 0.0014 % at a line spacing of 0.3125 Hz: weak at a coherence of 0.434, not at 0.95.
     #[test]
     fn law_narrow_modes_of_noise_are_weak() {
-        let seen = mode(34.05354, 0.000226, 0.00024, 0.000007);
-        let of = |coherence| reason(&seen, 0.3125, Some(coherence));
-        assert!(of(0.434).is_some_and(|r| r.contains("coherence")));
-        assert_eq!(of(0.95), None);
+        let narrow = mode(34.05354, 0.000226, 0.00024, 0.000007);
+        let weak_reason = |coherence| reason(&narrow, 0.3125, Some(coherence));
+        assert!(weak_reason(0.434).is_some_and(|r| r.contains("coherence")));
+        assert_eq!(weak_reason(0.95), None);
     }
 
-    /// 88.9 ± 3.4 Hz with a damping of 4.7 ± 8.0 % from responses alone is weak; 6.206 ± 0.065 Hz with 2.2 ± 1.7 % is not, though its
+    /// 88.9 ± 3.4 Hz with a damping of 4.7 ± 8.0 % from operational analysis is weak; 6.206 ± 0.065 Hz with 2.2 ± 1.7 % is not, though its
     /// frequency is uncertain by more than a tenth of its half-power width.
     #[test]
     fn law_weak_modes_of_responses_alone() {
-        let of = |m: &IdentifiedMode| unresolved_damping(m, 1.0 / 60.0);
+        let weak_reason = |m: &IdentifiedMode| unresolved_damping(m, 1.0 / 60.0);
         let phantom = mode(88.9, 0.047, 3.4 / Z_95, 0.08 / Z_95);
-        assert!(of(&phantom).is_some_and(|r| r.contains("zero")));
+        assert!(weak_reason(&phantom).is_some_and(|r| r.contains("zero")));
         let real = mode(6.206, 0.022, 0.065 / Z_95, 0.017 / Z_95);
-        assert_eq!(of(&real), None);
+        assert_eq!(weak_reason(&real), None);
         assert!(is_frequency_uncertain(&real.mode));
     }
 
-    /// Modes of measured structures whose damping is hardly known: 17.43 ± 0.23 Hz with 3.4 ± 3.9 % is certain in frequency, 16.271 ± 0.088 Hz
+    /// Modes of measured structures with uncertain damping: 17.43 ± 0.23 Hz with 3.4 ± 3.9 % is certain in frequency, 16.271 ± 0.088 Hz
     /// with 0.29 ± 0.45 % in 93 % of the orders; in half of them it is weak.
     #[test]
     fn law_certain_frequencies_of_responses_alone() {
-        let of = |f: f64, damping: f64, std: f64, damping_std: f64, presence: f64| {
-            let found = IdentifiedMode {
+        let weak_reason = |f: f64, damping: f64, std: f64, damping_std: f64, presence: f64| {
+            let identified = IdentifiedMode {
                 presence: Some(presence),
                 ..mode(f, damping, std / Z_95, damping_std / Z_95)
             };
-            unresolved_damping(&found, 1.0 / 720.0)
+            unresolved_damping(&identified, 1.0 / 720.0)
         };
-        assert_eq!(of(17.43, 0.034, 0.23, 0.039, 0.5), None);
-        assert_eq!(of(16.271, 0.0029, 0.088, 0.0045, 0.93), None);
-        assert!(of(16.271, 0.0029, 0.088, 0.0045, 0.5).is_some());
-        assert!(of(0.1817, 0.045, 0.0084, 0.086, 0.93).is_some());
+        assert_eq!(weak_reason(17.43, 0.034, 0.23, 0.039, 0.5), None);
+        assert_eq!(weak_reason(16.271, 0.0029, 0.088, 0.0045, 0.93), None);
+        assert!(weak_reason(16.271, 0.0029, 0.088, 0.0045, 0.5).is_some());
+        assert!(weak_reason(0.1817, 0.045, 0.0084, 0.086, 0.93).is_some());
     }
 
-    /// Nine stable poles at 120 Hz, where no mode is reported, have a reason; those of a mode have none.
+    /// Nine stable poles at 120 Hz without a mode have a reason; those of a mode have none.
     #[test]
     fn law_stable_columns_have_a_reason() {
         let pole = |order: usize, f: f64| StabilisationPole {
@@ -299,9 +299,9 @@ mod tests {
             }
         }
         let modes = [mode(80.0, 0.01, 0.01, 1e-4)];
-        let found = columns(&poles, &modes, (1.0, 200.0), &SelectionRule::default());
-        assert_eq!(found.len(), 1);
-        assert!((found[0].0.norm() / TAU - 120.0).abs() < 1e-9);
-        assert!(found[0].1.contains("fewer than a third"));
+        let rejected = columns(&poles, &modes, (1.0, 200.0), &SelectionRule::default());
+        assert_eq!(rejected.len(), 1);
+        assert!((rejected[0].0.norm() / TAU - 120.0).abs() < 1e-9);
+        assert!(rejected[0].1.contains("fewer than a third"));
     }
 }

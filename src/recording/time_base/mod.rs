@@ -1,7 +1,7 @@
-//! Time base by regression of the stamps, `t_i = a_s + i/rate`, an offset per segment; jitter, gaps.
+//! Time base of a log by regression of its time stamps, `t_i = a_s + i/rate`, one offset per segment; jitter, gaps.
 //!
-//! Where they jitter, the mean over the segments, which keeps their length when the samples are put on an even grid. Never the
-//! median step: rounding and jitter bias it.
+//! Jittered stamps give the mean rate over the segments, which preserves their length in resampling. The median step is not used:
+//! rounding and jitter bias it.
 
 use std::ops::Range;
 
@@ -27,30 +27,30 @@ mod tests;
 use regression::RegressionSums;
 use typical_step::{TypicalStep, typical_step};
 
-/// Samples read at a time.
+/// Samples per block read.
 const BLOCK: usize = 1 << 16;
 
-/// A step longer than this many usual steps misses samples.
+/// Minimum length of a gap, in mean steps.
 const MIN_GAP_STEPS: f64 = 1.5;
 
-/// A step this many usual ones long misses samples however uneven the stamps are.
+/// Minimum length of a gap among uneven stamps, in median steps.
 const CERTAIN_GAP_STEPS: f64 = 3.0;
 
-/// Stamps that deviate by less than this many steps are uniform: at the highest frequency it is an error of −50 dB.
+/// Maximum jitter of uniform stamps, in steps: an error of −50 dB at the highest frequency.
 const MAX_UNIFORM_JITTER: f64 = 1e-3;
 
-/// Time base derived from the stamps of a log.
+/// Time base of a log.
 #[derive(Debug, Clone)]
 pub struct TimeBase {
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
-    /// Standard deviation of it by the residuals of the regression, relative.
+    /// Relative standard deviation of the sample rate, from the residuals of the regression.
     pub rate_std: f64,
-    /// Segments without a gap, in rows.
+    /// Gap-free segments, row ranges.
     pub segments: Vec<Range<usize>>,
-    /// Time of the first row of each segment, s: on the regression line, its own stamp where the stamps jitter.
+    /// Start time of each segment, s: from the regression line, or the first stamp if the stamps jitter.
     pub segment_starts: Vec<f64>,
-    /// The rate of single parts of the record, the lowest and the highest, Hz: how the clock drifts.
+    /// Clock drift: lowest and highest local sample rate, Hz.
     pub drift_hz: (f64, f64),
     /// Gaps between the segments.
     pub gaps: Vec<Gap>,
@@ -61,61 +61,61 @@ pub struct TimeBase {
 /// Missing samples between two rows of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
-    /// The first row after it.
+    /// First row after the gap.
     pub row: usize,
-    /// Line of the row, in a text.
+    /// Line of the row in a text file.
     pub line: Option<usize>,
-    /// Samples missing, to the nearest whole.
+    /// Number of missing samples, rounded.
     pub missing: usize,
-    /// From the last stamp before to the first after, s.
+    /// Time from the last stamp before the gap to the first after it, s.
     pub seconds: f64,
 }
 
 /// Uniformity of the stamp spacing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spacing {
-    /// To a thousandth of a step.
+    /// Jitter below a thousandth of a step.
     Uniform,
-    /// As evenly as their last digit allows to say.
+    /// Uniform to the rounding of the stamps.
     Rounded {
-        /// One unit of the last digit, s: of the coarsest stamp.
+        /// Unit of the last digit of the coarsest stamp, s.
         resolution_s: f64,
-        /// Number of significant digits written, where the last digit is worth more in later stamps.
+        /// Number of significant digits, for stamps in floating-point notation.
         digits: Option<i32>,
     },
-    /// Not evenly: the samples must be resampled.
+    /// Uneven: the samples must be resampled.
     Jittered {
-        /// Root mean square deviation from the regression line, s.
+        /// Root-mean-square deviation from the regression line, s.
         rms_s: f64,
-        /// Largest deviation, s.
+        /// Largest deviation from the regression line, s.
         max_s: f64,
-        /// The shortest and the longest step inside the segments, s.
+        /// Shortest and longest step within the segments, s.
         steps_s: (f64, f64),
     },
 }
 
-/// Calls `see(row, stamp)` for every row.
+/// Calls `visit(row, stamp)` for every row.
 fn for_each_stamp(
     seconds: &SampleColumn,
-    mut see: impl FnMut(usize, f64) -> Result<(), Error>,
+    mut visit: impl FnMut(usize, f64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut block = vec![0.0; BLOCK.min(seconds.len())];
-    let mut at = 0;
-    while at < seconds.len() {
-        let count = BLOCK.min(seconds.len() - at);
-        seconds.read(at, &mut block[..count])?;
-        for (j, &t) in block[..count].iter().enumerate() {
-            see(at + j, t)?;
+    let mut row = 0;
+    while row < seconds.len() {
+        let n_rows = BLOCK.min(seconds.len() - row);
+        seconds.read(row, &mut block[..n_rows])?;
+        for (j, &t) in block[..n_rows].iter().enumerate() {
+            visit(row + j, t)?;
         }
-        at += count;
+        row += n_rows;
     }
     Ok(())
 }
 
-/// Examines the stamps of a log.
+/// Fits the time base to the time stamps of a log.
 ///
 /// # Errors
-/// Stamps that are no number, run backward, are all equal, or repeat although they are written finely enough not to.
+/// Stamps that are not a number, decrease, are all equal, or repeat despite a fine resolution.
 pub fn fit(timing: &RawTiming, stamps: &TimeStamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
@@ -125,49 +125,49 @@ pub fn fit(timing: &RawTiming, stamps: &TimeStamps) -> Result<TimeBase, Error> {
         );
         return Err(Error::new(Code::TooShort, message).with_hint("state it: --rate"));
     }
-    let resolution = &over_record(stamps)?;
+    let resolution = &record_resolution(stamps)?;
     let usual = typical_step(stamps, resolution)?;
     // Rounding lengthens a step by less than one unit of the last digit.
     const MIN_STEP_RATIO: f64 = 1.001;
     if losses::are_ambiguous(stamps, resolution, &usual)? {
         let is_gap = |step: f64, _: f64| step > CERTAIN_GAP_STEPS * usual.median_s;
-        let found = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
+        let time_base = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
         losses::check_hidden_losses(timing, stamps, &usual)?;
-        return Ok(found);
+        return Ok(time_base);
     }
     let is_gap = |step: f64, t: f64| {
         step > MIN_GAP_STEPS * usual.mean_s
             && step > usual.mean_s + MIN_STEP_RATIO * resolution.unit_at(t)
     };
-    let found = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
-    // Where most steps are one unit, a step of two is a sample lost, or a clock a little slower than its digits.
+    let time_base = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
+    // If most steps are one unit, a step of two is a lost sample, or a clock slightly slower than the resolution.
     let unit_s = resolution.finest_s;
     if resolution.digits().is_none() && (usual.median_s / unit_s - 1.0).abs() < MIN_STEP_RATIO - 1.0
     {
         let is_gap = |step: f64, _: f64| step > MIN_GAP_STEPS * usual.median_s;
         let strict = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
-        if losses::are_lost(&found, &strict, n) {
+        if losses::are_lost(&time_base, &strict, n) {
             return Ok(strict);
         }
     }
-    Ok(found)
+    Ok(time_base)
 }
 
-/// The resolution of the stamps: of a fixed digit wherever significant digits make no difference over the record.
-fn over_record(stamps: &TimeStamps) -> Result<Resolution, Error> {
-    let mut end = [0.0];
-    stamps.seconds.read(stamps.seconds.len() - 1, &mut end)?;
-    let most = stamps
+/// Resolution of the stamps: constant unless significant digits change it over the record.
+fn record_resolution(stamps: &TimeStamps) -> Result<Resolution, Error> {
+    let mut last = [0.0];
+    stamps.seconds.read(stamps.seconds.len() - 1, &mut last)?;
+    let coarsest = stamps
         .resolution
         .unit_at(0.0)
-        .max(stamps.resolution.unit_at(end[0]));
-    Ok(match most > stamps.resolution.finest_s {
+        .max(stamps.resolution.unit_at(last[0]));
+    Ok(match coarsest > stamps.resolution.finest_s {
         true => stamps.resolution,
         false => Resolution::constant(stamps.resolution.finest_s),
     })
 }
 
-/// The time base where `is_gap(step, stamp after it)` says so.
+/// Time base with gaps by the criterion `is_gap(step, stamp after it)`.
 fn split_at_gaps(
     timing: &RawTiming,
     stamps: &TimeStamps,
@@ -178,28 +178,28 @@ fn split_at_gaps(
     let n = stamps.seconds.len();
     // Only stamps coarser than the step may repeat.
     let may_repeat = |t: f64| resolution.unit_at(t) > 1.02 * usual.mean_s;
-    // Fine stamps count more, down to those that are uniform as they are.
+    // Fine stamps have larger weights, up to the limit of uniform stamps.
     let floor_s = resolution.finest_s.max(MAX_UNIFORM_JITTER * usual.mean_s);
     let weight = |t: f64| match resolution.digits() {
         None => 1.0,
         Some(_) => (floor_s / resolution.unit_at(t).max(floor_s)).powi(2),
     };
-    // First pass: order, gaps, and the sums of every segment.
+    // First pass: order, gaps, and regression sums per segment.
     let (mut segments, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
     let mut lines: Vec<RegressionSums> = Vec::new();
-    let mut firsts = Vec::new();
-    let (mut last, mut shortest, mut longest) = (f64::NAN, f64::INFINITY, 0.0f64);
+    let mut first_stamps = Vec::new();
+    let (mut previous, mut shortest, mut longest) = (f64::NAN, f64::INFINITY, 0.0f64);
     for_each_stamp(&stamps.seconds, |row, t| {
         if !t.is_finite() {
             return Err(bad_stamp(&timing.lines, row, "has no time stamp"));
         }
-        let step = t - last;
+        let step = t - previous;
         if step < 0.0 || (step == 0.0 && !may_repeat(t)) {
-            let what = match step == 0.0 {
+            let fault = match step == 0.0 {
                 true => format!("repeats the time stamp of the row before, {t} s after the first"),
                 false => format!("goes back in time by {:.6} s", -step),
             };
-            let error = bad_stamp(&timing.lines, row, &what);
+            let error = bad_stamp(&timing.lines, row, &fault);
             return Err(restarted(timing, stamps, row, step).unwrap_or(error));
         }
         if row == 0 || is_gap(step, t) {
@@ -214,14 +214,14 @@ fn split_at_gaps(
             }
             segments.push(row..n);
             lines.push(RegressionSums::default());
-            firsts.push(t);
+            first_stamps.push(t);
         } else {
             (shortest, longest) = (shortest.min(step), longest.max(step));
         }
-        if let (Some(line), Some(&first)) = (lines.last_mut(), firsts.last()) {
+        if let (Some(line), Some(&first)) = (lines.last_mut(), first_stamps.last()) {
             line.add(t - first, weight(t));
         }
-        last = t;
+        previous = t;
         Ok(())
     })?;
     let (xx, xy) = lines
@@ -242,39 +242,39 @@ fn split_at_gaps(
     }
     let starts: Vec<f64> = lines
         .iter()
-        .zip(&firsts)
+        .zip(&first_stamps)
         .map(|(line, first)| first + line.offset(dt))
         .collect();
     // Second pass: deviations from the line.
-    let (mut square, mut weighted, mut most, mut at) = (0.0, 0.0, 0.0f64, 0);
+    let (mut sum_squares, mut weighted, mut max_deviation, mut segment) = (0.0, 0.0, 0.0f64, 0);
     let mut is_beyond_rounding = false;
     for_each_stamp(&stamps.seconds, |row, t| {
-        while row >= segments[at].end {
-            at += 1;
+        while row >= segments[segment].end {
+            segment += 1;
         }
-        let off = t - starts[at] - dt * (row - segments[at].start) as f64;
-        let size = off.abs();
-        square += off * off;
-        weighted += weight(t) * off * off;
-        most = most.max(size);
+        let deviation = t - starts[segment] - dt * (row - segments[segment].start) as f64;
+        let size = deviation.abs();
+        sum_squares += deviation * deviation;
+        weighted += weight(t) * deviation * deviation;
+        max_deviation = max_deviation.max(size);
         is_beyond_rounding |= size > floor_s && size > resolution.unit_at(t);
         Ok(())
     })?;
     let dofs = (n as f64 - 1.0 - segments.len() as f64).max(1.0);
     let mut rate_hz = 1.0 / dt;
-    let spacing = if most <= MAX_UNIFORM_JITTER * dt {
+    let spacing = if max_deviation <= MAX_UNIFORM_JITTER * dt {
         Spacing::Uniform
     } else if !is_beyond_rounding {
-        let mut end = [0.0];
-        stamps.seconds.read(n - 1, &mut end)?;
+        let mut last = [0.0];
+        stamps.seconds.read(n - 1, &mut last)?;
         Spacing::Rounded {
-            resolution_s: resolution.unit_at(0.0).max(resolution.unit_at(end[0])),
+            resolution_s: resolution.unit_at(0.0).max(resolution.unit_at(last[0])),
             digits: resolution.digits(),
         }
     } else {
         Spacing::Jittered {
-            rms_s: (square / n as f64).sqrt(),
-            max_s: most,
+            rms_s: (sum_squares / n as f64).sqrt(),
+            max_s: max_deviation,
             steps_s: (shortest, longest),
         }
     };
@@ -290,23 +290,23 @@ fn split_at_gaps(
             rate_hz
         };
         // Both ends of every segment are as uncertain as a stamp.
-        ends_std = (2.0 * segments.len() as f64 * square / n as f64).sqrt() / length;
-        starts = firsts;
+        ends_std = (2.0 * segments.len() as f64 * sum_squares / n as f64).sqrt() / length;
+        starts = first_stamps;
     }
-    // Sums of a million stamps round: a rate that close to a whole number of micro-hertz is that number.
+    // Sums of a million stamps round: a rate this close to an integer number of micro-hertz is set to it.
     const ROUNDING: f64 = 1e-12;
-    let whole = (rate_hz * 1e6).round() / 1e6;
-    if (whole / rate_hz - 1.0).abs() < ROUNDING {
-        rate_hz = whole;
+    let rounded = (rate_hz * 1e6).round() / 1e6;
+    if (rounded / rate_hz - 1.0).abs() < ROUNDING {
+        rate_hz = rounded;
     }
-    /// Missing samples that no recorder leaves out: beyond, a stamp is wrong.
+    /// Maximum number of missing samples of a gap; above it a stamp is wrong.
     const MAX_MISSING_SAMPLES: f64 = 1e12;
     if let Some(gap) = gaps
         .iter()
         .find(|g| !(g.seconds * rate_hz < MAX_MISSING_SAMPLES))
     {
-        let what = format!("leaps forward in time by {:.3e} s", gap.seconds);
-        return Err(bad_stamp(&timing.lines, gap.row, &what));
+        let fault = format!("leaps forward in time by {:.3e} s", gap.seconds);
+        return Err(bad_stamp(&timing.lines, gap.row, &fault));
     }
     for gap in &mut gaps {
         gap.missing = ((gap.seconds * rate_hz).round() as usize)
@@ -330,7 +330,7 @@ fn split_at_gaps(
     })
 }
 
-/// Error for stamps that go back below a header that is repeated: the file holds more than one record.
+/// Error for stamps that restart below a repeated header: the file contains several records.
 fn restarted(timing: &RawTiming, stamps: &TimeStamps, row: usize, step: f64) -> Option<Error> {
     let line_of = |row| timing.lines.line_of_row(row);
     let between = line_of(row.checked_sub(1)?)?..line_of(row)?;
@@ -346,12 +346,12 @@ fn restarted(timing: &RawTiming, stamps: &TimeStamps, row: usize, step: f64) -> 
     ))
 }
 
-fn bad_stamp(lines: &LineNumbers, row: usize, what: &str) -> Error {
-    let which = match lines.line_of_row(row) {
+fn bad_stamp(lines: &LineNumbers, row: usize, fault: &str) -> Error {
+    let position = match lines.line_of_row(row) {
         Some(line) => format!("line {line}"),
         None => format!("sample {}", row + 1),
     };
-    let error = Error::new(Code::InvalidTimeStamps, format!("{which} {what}"));
+    let error = Error::new(Code::InvalidTimeStamps, format!("{position} {fault}"));
     let error = match lines.line_of_row(row) {
         Some(line) => error.with_span(&SourceSpan::whole_line("", line)),
         None => error,

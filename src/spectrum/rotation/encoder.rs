@@ -1,4 +1,4 @@
-//! Incremental encoders: counter readings unwrapped, quadrature tracks decoded.
+//! Incremental encoders: unwrapping of counter readings, decoding of quadrature tracks.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use crate::base::error::Error;
 use crate::numeric::sorting::sort_rising;
 use crate::spectrum::validation::{check_count, check_positive, check_samples};
 
-/// Readings of a counter that begins again at zero after `modulus − 1`, made to go on; each step the shorter way round.
+/// Unwrapped readings of a counter with overflow at `modulus`, by the shorter direction of each step.
 ///
 /// # Errors
 /// Readings not finite, a modulus below 2.
@@ -23,24 +23,24 @@ pub fn unwrap_counts(readings: &[f64], modulus: f64) -> Result<Vec<f64>, Error> 
             ),
         ));
     }
-    let mut turns = 0.0;
-    let mut before = readings[0];
-    let one = |&reading: &f64| {
-        turns -= ((reading - before) / modulus).round();
-        before = reading;
-        reading + turns * modulus
+    let mut overflows = 0.0;
+    let mut previous = readings[0];
+    let unwrap = |&reading: &f64| {
+        overflows -= ((reading - previous) / modulus).round();
+        previous = reading;
+        reading + overflows * modulus
     };
-    Ok(readings.iter().map(one).collect())
+    Ok(readings.iter().map(unwrap).collect())
 }
 
-/// The angle from a counter read at every sample (unwrapped, rising).
+/// Angle curve of a counter read at every sample (unwrapped, increasing).
 ///
-/// A reading `c` says that the angle lies between counts `c` and `c + 1`. Where the counter moves between two samples it passed
-/// `(c + c′ + 1)/2` about halfway between them, and that is the point taken: known to half a sample where one count passes, to a
-/// fraction of one where several do.
+/// At a reading `c` the angle lies between counts `c` and `c + 1`. A counter that changes from `c` to `c′` between two samples passes
+/// `(c + c′ + 1)/2` about half-way between them, which is a point of the curve: accurate to half a sample for one count per sample,
+/// to a fraction of one for several.
 ///
 /// # Errors
-/// A counter that does not rise, no counts a turn.
+/// A counter that does not increase, zero counts per revolution.
 pub fn angle_curve_from_counts(
     counts: &[f64],
     rate_hz: f64,
@@ -56,18 +56,18 @@ pub fn angle_curve_from_counts(
     AngleCurve::new(time_s, angle)
 }
 
-/// Decoded boundaries of two encoder tracks.
+/// Quadrature decoding of two encoder tracks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quadrature {
-    /// Times at which a boundary between two counts was passed, s.
+    /// Times of the passages of boundaries between two counts, s.
     pub time_s: Vec<f64>,
-    /// Which boundary: the higher of the two counts, four a period, zero before the first edge; rising where track A leads.
+    /// Passed boundary: the higher of its two counts, four per line, zero before the first edge; increasing with track A leading.
     pub boundary: Vec<i64>,
-    /// Edges of both tracks between the same two samples: their order, and so the direction there, rests on interpolation.
+    /// Number of edge pairs of both tracks within one sample interval, whose order and direction depend on interpolation.
     pub ambiguous_edges: usize,
 }
 
-/// Decodes two tracks; levels from the signals themselves.
+/// Decodes two tracks, with the state levels of each signal.
 ///
 /// # Errors
 /// A dead track, samples not finite, tracks of different lengths.
@@ -77,39 +77,39 @@ pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Erro
     let track =
         |samples: &[f64]| level_crossings(samples, rate_hz, StateLevels::from_samples(samples)?);
     let (a, b) = (track(a)?, track(b)?);
-    let mut all: Vec<(LevelCrossing, bool)> = a.iter().map(|&e| (e, true)).collect();
-    all.extend(b.iter().map(|&e| (e, false)));
-    sort_rising(&mut all, |x| x.0.time_s);
-    // before its first edge a track is on the other side of it
-    let before = |edges: &[LevelCrossing]| edges.first().is_some_and(|e| !e.rising);
-    let (mut high_a, mut high_b) = (before(&a), before(&b));
-    let mut found = Quadrature::default();
+    let mut edges: Vec<(LevelCrossing, bool)> = a.iter().map(|&e| (e, true)).collect();
+    edges.extend(b.iter().map(|&e| (e, false)));
+    sort_rising(&mut edges, |x| x.0.time_s);
+    // Before an upward first edge a track is low, before a downward one high.
+    let initial_state = |edges: &[LevelCrossing]| edges.first().is_some_and(|e| !e.rising);
+    let (mut high_a, mut high_b) = (initial_state(&a), initial_state(&b));
+    let mut quad = Quadrature::default();
     let mut count = 0;
-    for (edge, of_a) in &all {
-        // forward: A rises while B is low, B rises while A is high, and so on round
-        let forward = if *of_a {
+    for (edge, on_a) in &edges {
+        // Forward: A rises while B is low, then B rises while A is high, A falls, B falls.
+        let forward = if *on_a {
             high_a = edge.rising;
             high_a != high_b
         } else {
             high_b = edge.rising;
             high_a == high_b
         };
-        found.time_s.push(edge.time_s);
-        found.boundary.push(if forward { count + 1 } else { count });
+        quad.time_s.push(edge.time_s);
+        quad.boundary.push(if forward { count + 1 } else { count });
         count += if forward { 1 } else { -1 };
     }
     let sample = |e: &LevelCrossing| (e.time_s * rate_hz).floor();
-    let same =
+    let is_ambiguous =
         |w: &&[(LevelCrossing, bool)]| w[0].1 != w[1].1 && sample(&w[0].0) == sample(&w[1].0);
-    found.ambiguous_edges = all.windows(2).filter(same).count();
-    Ok(found)
+    quad.ambiguous_edges = edges.windows(2).filter(is_ambiguous).count();
+    Ok(quad)
 }
 
 impl Quadrature {
-    /// The angle, where the shaft turned one way throughout.
+    /// Angle curve of a shaft that rotates in one direction only.
     ///
     /// # Errors
-    /// No lines a turn, a shaft that turned back.
+    /// Zero lines per revolution, a reversal of the shaft.
     pub fn angle_curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
         check_count(lines_per_turn, 1, "the number of lines a turn")?;
         let step = TAU / (4.0 * lines_per_turn as f64);
@@ -121,11 +121,11 @@ impl Quadrature {
         AngleCurve::new(time_s, angle)
     }
 
-    /// When each boundary was passed for good. Boundaries passed back and forth by a count or two are noise at an edge: of the first it
-    /// is the last passage, before which the shaft was at rest, of the last the first one, of those between the middle. Events of a
-    /// shaft that turned back farther are returned as they are.
+    /// Times of the final passages of the boundaries. Repeated passages by a count or two are noise at an edge: the first boundary has the
+    /// time of its last passage, after the rest; the last boundary that of its first passage; the others the mean of first and last
+    /// passage. Events of a shaft with a larger reversal are returned unchanged.
     fn passages(&self) -> Vec<(f64, i64)> {
-        /// Counts back that are no noise.
+        /// Least number of counts of a reversal; fewer are noise.
         const MIN_COUNTS_BACK: i64 = 3;
         struct EdgePassage {
             first: f64,
@@ -133,7 +133,7 @@ impl Quadrature {
             boundary: i64,
             times: usize,
         }
-        let mut all: Vec<EdgePassage> = Vec::new();
+        let mut passages: Vec<EdgePassage> = Vec::new();
         let mut highest = i64::MIN;
         for (&time, &boundary) in self.time_s.iter().zip(&self.boundary) {
             highest = highest.max(boundary);
@@ -145,16 +145,16 @@ impl Quadrature {
                     .zip(self.boundary.iter().copied())
                     .collect();
             }
-            // Boundaries above this one were passed back.
-            while all.last().is_some_and(|p| p.boundary > boundary) {
-                all.pop();
+            // The boundaries above the current one were passed backward.
+            while passages.last().is_some_and(|p| p.boundary > boundary) {
+                passages.pop();
             }
-            match all.last_mut() {
-                Some(same) if same.boundary == boundary => {
-                    same.last = time;
-                    same.times += 1;
+            match passages.last_mut() {
+                Some(passage) if passage.boundary == boundary => {
+                    passage.last = time;
+                    passage.times += 1;
                 }
-                _ => all.push(EdgePassage {
+                _ => passages.push(EdgePassage {
                     first: time,
                     last: time,
                     boundary,
@@ -162,18 +162,18 @@ impl Quadrature {
                 }),
             }
         }
-        // Passed an even number of times, a boundary was not left behind.
-        all.retain(|p| p.times % 2 == 1);
-        let end = all.len().saturating_sub(1);
-        let time = |(at, p): (usize, &EdgePassage)| match at {
+        // After an even number of passages the shaft is on the initial side of the boundary.
+        passages.retain(|p| p.times % 2 == 1);
+        let end = passages.len().saturating_sub(1);
+        let time = |(k, p): (usize, &EdgePassage)| match k {
             0 => p.last,
-            at if at == end => p.first,
+            k if k == end => p.first,
             _ => 0.5 * (p.first + p.last),
         };
-        let times: Vec<f64> = all.iter().enumerate().map(time).collect();
+        let times: Vec<f64> = passages.iter().enumerate().map(time).collect();
         times
             .into_iter()
-            .zip(all.iter().map(|p| p.boundary))
+            .zip(passages.iter().map(|p| p.boundary))
             .collect()
     }
 }
@@ -182,14 +182,14 @@ impl Quadrature {
 mod tests {
     use super::*;
 
-    /// Tracks of a shaft that turns forward, back and forward again: every boundary is passed as often as it was.
+    /// Tracks of a shaft that rotates forward, backward and forward again: all passages of the boundaries are decoded.
     #[test]
     fn exact_quadrature() {
         let rate = 10_000.0;
         let periods = |t: f64| 6.0 * t - 2.0 * (TAU * t).cos() + 2.0; // lines passed
         let track = |shift: f64| -> Vec<f64> {
-            let at = |j: i32| (TAU * (periods(f64::from(j) / rate) + 0.1 - shift)).sin();
-            (0..10_000).map(at).collect()
+            let value = |j: i32| (TAU * (periods(f64::from(j) / rate) + 0.1 - shift)).sin();
+            (0..10_000).map(value).collect()
         };
         let found = quadrature(&track(0.0), &track(0.25), rate).unwrap();
         // A crosses zero at whole and half periods, B a quarter later: boundary c at (c/4) periods − 0.1, the first passed is 0.25

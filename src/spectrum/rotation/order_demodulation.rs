@@ -1,8 +1,7 @@
 //! Streaming order tracking by least squares per window: `x ≈ a + b φ + Σ Aₙ cos(n φ + ψₙ)`.
 //!
-//! Weights are Hann's over the angle turned, `sin²(πu)`, half overlapping, times the speed, so that every bit of angle counts alike. The
-//! straight line keeps means and the run of an angle out of the orders; orders of one window are distinguished by solving for
-//! all of them.
+//! The weight is a Hann window over the shaft angle, `sin²(πu)`, overlapping by half, times the speed, so that equal angles have equal
+//! weight. The straight line separates mean and trend from the orders; a joint solution separates the orders of a window from each other.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,68 +9,69 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix, symmetric};
 
-/// Points kept; beyond them neighbours become one.
+/// Default maximum number of points; at the maximum, adjacent points are averaged.
 const MAX_POINTS: usize = 4096;
 
-/// Samples in a window for each unknown at least: fewer tell orders from their aliases by chance.
+/// Minimum number of samples in a window per unknown; fewer do not separate orders from their aliases.
 const MIN_SAMPLES_PER_UNKNOWN: usize = 4;
 
-/// Follows orders of some channels over the angle of a shaft.
+/// Least-squares demodulator of orders in several channels over the angle of a shaft.
 pub struct OrderDemodulator {
     orders: Vec<f64>,
     revolutions: f64,
     channels: usize,
-    max_rows: usize,
+    max_points: usize,
     windows: Vec<TrackWindow>,
-    /// Angle of the last sample, rad, and the sense in which it was reached.
+    /// Shaft angle, rad, and sense of rotation at the last sample.
     last: Option<(f64, f64)>,
-    /// Turns so far, either way.
+    /// Revolutions so far, in either sense.
     elapsed_revolutions: f64,
-    /// Start of the next window.
-    next: f64,
+    /// Start of the next window, revolutions.
+    next_start: f64,
     tracks: DemodulatedOrders,
 }
 
 /// Demodulated orders over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DemodulatedOrders {
-    /// Orders: cycles a turn.
+    /// Orders, cycles per revolution.
     pub orders: Vec<f64>,
-    /// Revolutions over which each point is a mean.
+    /// Averaging length of each point, revolutions.
     pub revolutions: f64,
-    /// By rising time.
+    /// Points in order of time.
     pub points: Vec<OrderPoint>,
-    /// Windows in which too few samples fell.
+    /// Number of windows with too few samples.
     pub skipped_windows: usize,
 }
 
-/// Orders about one instant.
+/// Complex amplitudes of the orders in one window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderPoint {
-    /// Middle of the window, s.
+    /// Weighted mean time of the window, s.
     pub time_s: f64,
-    /// Mean speed of the shaft in it, rad/s.
+    /// Weighted mean speed of the shaft, rad/s.
     pub speed: f64,
-    /// `A e^{iψ}` of every channel, order by order.
+    /// Complex amplitude `A e^{iψ}` by channel and order.
     pub values: Vec<Vec<Complex>>,
 }
 
+/// Normal equations of one window.
 struct TrackWindow {
-    from: f64,
-    /// Angle where it begins, rad.
-    base: f64,
+    start: f64,
+    /// Shaft angle at the start, rad.
+    start_angle: f64,
     samples: usize,
     gram: Matrix,
-    right: Matrix,
-    /// Sums of the weights, with time, with speed.
+    right_side: Matrix,
+    /// Sums of weight, weight × time and weight × speed.
     sums: [f64; 3],
 }
 
 impl OrderDemodulator {
-    /// Follows `orders` of `channels` channels, each point over a window of `turns` revolutions.
+    /// Demodulator of `orders` in `channels` channels over windows of `turns` revolutions.
     ///
     /// # Errors
-    /// `OutOfRange`: no orders, orders that are not above zero or that the window does not resolve (two lines: 2/turns), no window.
+    /// `OutOfRange`: no orders; orders not above zero, or closer than the order resolution 2/turns of the window; no window.
     pub fn new(orders: &[f64], turns: f64, channels: usize) -> Result<OrderDemodulator, Error> {
         let refuse = |message: String, hint: String| {
             Err(Error::new(Code::OutOfRange, message).with_hint(hint))
@@ -84,34 +84,34 @@ impl OrderDemodulator {
         }
         let mut sorted = orders.to_vec();
         sorted.sort_by(f64::total_cmp);
-        let Some(&least) = sorted.first() else {
+        let Some(&first) = sorted.first() else {
             return refuse(
                 "no orders to follow".into(),
                 "give at least one order".into(),
             );
         };
-        if !(least > 0.0 && sorted.iter().all(|n| n.is_finite())) {
+        if !(first > 0.0 && sorted.iter().all(|n| n.is_finite())) {
             return refuse(
-                format!("order {least} is not above zero"),
+                format!("order {first} is not above zero"),
                 "give orders above zero".into(),
             );
         }
-        let apart = sorted.windows(2).map(|p| p[1] - p[0]).fold(least, f64::min);
-        if apart * turns < 2.0 {
+        let gap = sorted.windows(2).map(|p| p[1] - p[0]).fold(first, f64::min);
+        if gap * turns < 2.0 {
             return refuse(
-                format!("over {turns} turns orders {apart} apart (or from zero) are not separated"),
-                format!("take at least {} turns", (2.0 / apart).ceil()),
+                format!("over {turns} turns orders {gap} apart (or from zero) are not separated"),
+                format!("take at least {} turns", (2.0 / gap).ceil()),
             );
         }
         Ok(OrderDemodulator {
             orders: orders.to_vec(),
             revolutions: turns,
             channels,
-            max_rows: MAX_POINTS,
+            max_points: MAX_POINTS,
             windows: Vec::new(),
             last: None,
             elapsed_revolutions: 0.0,
-            next: 0.0,
+            next_start: 0.0,
             tracks: DemodulatedOrders {
                 orders: orders.to_vec(),
                 revolutions: turns,
@@ -121,52 +121,52 @@ impl OrderDemodulator {
         })
     }
 
-    /// Takes one sample: time, s, the angle of the shaft, rad, and its speed, rad/s, and every channel. Samples are equally spaced.
+    /// Adds one sample: time, s, shaft angle, rad, shaft speed, rad/s, and channel values. Samples are equally spaced.
     ///
     /// # Errors
-    /// Orders that the samples do not distinguish.
+    /// Orders that the samples do not separate.
     pub fn push(&mut self, t: f64, angle: f64, speed: f64, values: &[f64]) -> Result<(), Error> {
-        if let Some((last, sense)) = self.last {
+        if let Some((last, previous)) = self.last {
             let step = angle - last;
-            let now = if step == 0.0 { sense } else { step.signum() };
-            if now * sense < 0.0 {
-                // The direction reverses: open windows are discarded.
+            let sense = if step == 0.0 { previous } else { step.signum() };
+            if sense * previous < 0.0 {
+                // The sense of rotation reverses: open windows are discarded.
                 self.windows.clear();
-                self.next = self.elapsed_revolutions;
+                self.next_start = self.elapsed_revolutions;
             }
             self.elapsed_revolutions += step.abs() / TAU;
-            self.last = Some((angle, now));
+            self.last = Some((angle, sense));
         } else {
             self.last = Some((angle, speed.signum()));
         }
-        while self.elapsed_revolutions >= self.next {
+        while self.elapsed_revolutions >= self.next_start {
             let unknowns = 2 + 2 * self.orders.len();
             self.windows.push(TrackWindow {
-                from: self.next,
-                base: angle,
+                start: self.next_start,
+                start_angle: angle,
                 samples: 0,
                 gram: Matrix::zeros(unknowns, unknowns),
-                right: Matrix::zeros(unknowns, self.channels),
+                right_side: Matrix::zeros(unknowns, self.channels),
                 sums: [0.0; 3],
             });
-            self.next += 0.5 * self.revolutions;
+            self.next_start += 0.5 * self.revolutions;
         }
-        let done = self
+        let n_complete = self
             .windows
             .iter()
-            .take_while(|w| self.elapsed_revolutions - w.from >= self.revolutions)
+            .take_while(|w| self.elapsed_revolutions - w.start >= self.revolutions)
             .count();
-        for window in self.windows.drain(..done).collect::<Vec<_>>() {
+        for window in self.windows.drain(..n_complete).collect::<Vec<_>>() {
             self.close(window)?;
         }
-        let row = self.row(angle);
+        let row = self.regressors(angle);
         for window in &mut self.windows {
-            let u = (self.elapsed_revolutions - window.from) / self.revolutions;
+            let u = (self.elapsed_revolutions - window.start) / self.revolutions;
             window.add(
                 t,
                 speed,
                 u,
-                (angle - window.base) / (TAU * self.revolutions),
+                (angle - window.start_angle) / (TAU * self.revolutions),
                 &row,
                 values,
             );
@@ -174,9 +174,9 @@ impl OrderDemodulator {
         Ok(())
     }
 
-    /// Keeps at most so many points, 2 or more; beyond them neighbours become one.
+    /// Sets the maximum number of points, at least 2; at the maximum, adjacent points are averaged.
     pub fn limit_points(&mut self, points: usize) {
-        self.max_rows = points.max(2);
+        self.max_points = points.max(2);
     }
 
     /// Demodulated orders.
@@ -184,7 +184,7 @@ impl OrderDemodulator {
         self.tracks
     }
 
-    /// Numbers held at present.
+    /// Number of values stored at present.
     pub fn stored_values(&self) -> usize {
         let unknowns = 2 + 2 * self.orders.len();
         let window = unknowns * (unknowns + self.channels) + 6;
@@ -192,8 +192,8 @@ impl OrderDemodulator {
         self.windows.len() * window + self.tracks.points.len() * point
     }
 
-    /// `1, 0, cos nφ, sin nφ, …`: the second is the window's own.
-    fn row(&self, angle: f64) -> Vec<f64> {
+    /// Regressors `1, 0, cos nφ, sin nφ, …`; each window sets the second, its trend.
+    fn regressors(&self, angle: f64) -> Vec<f64> {
         let waves = self.orders.iter().flat_map(|n| {
             let (sin, cos) = (n * angle).sin_cos();
             [cos, sin]
@@ -207,12 +207,12 @@ impl OrderDemodulator {
             self.tracks.skipped_windows += 1;
             return Ok(());
         }
-        let found = symmetric::lu_solve(&window.gram, &window.right)
+        let solution = symmetric::lu_solve(&window.gram, &window.right_side)
             .map_err(|e| e.with_hint("take more samples, or more turns a point"))?;
         let value = |channel: usize, order: usize| {
             Complex::new(
-                found[(2 + 2 * order, channel)],
-                -found[(3 + 2 * order, channel)],
+                solution[(2 + 2 * order, channel)],
+                -solution[(3 + 2 * order, channel)],
             )
         };
         let orders = self.orders.len();
@@ -222,7 +222,7 @@ impl OrderDemodulator {
             speed: speed / weight,
             values: values.collect(),
         });
-        if self.tracks.points.len() >= self.max_rows {
+        if self.tracks.points.len() >= self.max_points {
             self.tracks.merge_neighbours(self.revolutions);
         }
         Ok(())
@@ -230,7 +230,7 @@ impl OrderDemodulator {
 }
 
 impl TrackWindow {
-    fn add(&mut self, t: f64, speed: f64, u: f64, along: f64, row: &[f64], values: &[f64]) {
+    fn add(&mut self, t: f64, speed: f64, u: f64, trend: f64, row: &[f64], values: &[f64]) {
         let weight = (PI * u).sin().powi(2) * speed.abs();
         if weight == 0.0 {
             return;
@@ -239,14 +239,14 @@ impl TrackWindow {
         for (sum, x) in self.sums.iter_mut().zip([1.0, t, speed]) {
             *sum += weight * x;
         }
-        let own = |i: usize| if i == 1 { along } else { row[i] };
+        let regressor = |i: usize| if i == 1 { trend } else { row[i] };
         for i in 0..row.len() {
-            let left = weight * own(i);
+            let weighted = weight * regressor(i);
             for j in 0..row.len() {
-                self.gram[(i, j)] += left * own(j);
+                self.gram[(i, j)] += weighted * regressor(j);
             }
             for (c, x) in values.iter().enumerate() {
-                self.right[(i, c)] += left * x;
+                self.right_side[(i, c)] += weighted * x;
             }
         }
     }
@@ -278,54 +278,54 @@ impl DemodulatedOrders {
 mod tests {
     use super::*;
 
-    /// A run-up with a mean, a line and three orders, one of them no whole number: what was put in, at every point.
+    /// Run-up with mean, trend and three orders, one of them not an integer: exact amplitudes and phases at every point.
     #[test]
     fn exact_orders_of_a_run_up() {
         let orders = [1.0, 37.0 / 12.0, 21.0];
         let mut track = OrderDemodulator::new(&orders, 12.0, 1).unwrap();
-        let put = [(0.3, 0.4), (0.02, -1.0), (1e-4, 2.0)];
+        let exact = [(0.3, 0.4), (0.02, -1.0), (1e-4, 2.0)];
         for k in 0..200_000 {
             let t = k as f64 * 1e-4;
             let (angle, speed) = (50.0 * t + 4.0 * t * t, 50.0 + 8.0 * t);
-            let waves = orders.iter().zip(&put);
+            let waves = orders.iter().zip(&exact);
             let sum: f64 = waves.map(|(n, (a, p))| a * (n * angle + p).cos()).sum();
             track
                 .push(t, angle, speed, &[7.0 + 0.1 * angle + sum])
                 .unwrap();
         }
-        let found = track.finish();
-        assert!(found.points.len() > 40 && found.skipped_windows == 0);
-        for point in &found.points {
+        let tracks = track.finish();
+        assert!(tracks.points.len() > 40 && tracks.skipped_windows == 0);
+        for point in &tracks.points {
             assert!((point.speed - 50.0 - 8.0 * point.time_s).abs() < 0.2);
-            for (value, (a, p)) in point.values[0].iter().zip(&put) {
-                let exact = Complex::from_polar(*a, *p);
-                assert!((value - exact).norm() < 1e-10, "{value} {exact}");
+            for (value, (a, p)) in point.values[0].iter().zip(&exact) {
+                let error = value - Complex::from_polar(*a, *p);
+                assert!(error.norm() < 1e-10, "{value} {error}");
             }
         }
     }
 
-    /// A hundred times the turns hold no more.
+    /// The number of stored values does not increase over a hundred times the revolutions.
     #[test]
     fn law_memory_stays() {
-        let held = |turns: usize| {
+        let peak = |turns: usize| {
             let mut track = OrderDemodulator::new(&[1.0], 2.0, 1).unwrap();
             track.limit_points(64);
-            let mut most = 0;
+            let mut largest = 0;
             for k in 0..turns * 40 {
                 let angle = TAU * k as f64 / 40.0;
                 track.push(k as f64, angle, 1.0, &[angle.cos()]).unwrap();
-                most = most.max(track.stored_values());
+                largest = largest.max(track.stored_values());
             }
-            let found = track.finish();
+            let tracks = track.finish();
             assert!(
-                found
+                tracks
                     .points
                     .iter()
                     .all(|p| (p.values[0][0] - 1.0).norm() < 1e-9)
             );
-            most
+            largest
         };
-        assert_eq!(held(200), held(20_000));
+        assert_eq!(peak(200), peak(20_000));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Stress test: the scene rerun with extreme parameters, checked by its energy balance.
+//! Stress test: simulations of the scene with extreme parameters, verified by the energy balance.
 
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
@@ -18,34 +18,34 @@ use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::scene::study::SimulateStudy;
 use crate::study::monitor::Monitor;
 
-/// One rerun of the scene.
+/// Case of the stress test: a simulation of the perturbed scene by one method.
 pub struct StressCase {
-    /// Name of the change.
+    /// Name of the perturbation.
     pub name: String,
-    /// By which method.
+    /// Integration method.
     pub method: &'static str,
     /// Verdict on the case.
     pub verdict: CaseVerdict,
-    /// Energy-balance error, as a share of the largest part of the balance.
+    /// Energy-balance error, relative to the largest term of the balance.
     pub energy_error: Option<f64>,
-    /// Why it was refused or failed.
+    /// Reason of a refusal or failure.
     pub reason: Option<String>,
 }
 
-/// Verdict on a rerun.
+/// Verdict on a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CaseVerdict {
     /// The result is finite and satisfies the energy balance.
     Pass,
-    /// The method reported that it cannot, or at what cost; its energy balance was too uncertain; or the request is too coarse to satisfy
+    /// The method is not applicable or exceeds the budget, the energy balance is too uncertain, or the requested accuracy is too low for
     /// it.
     Refused,
-    /// The method returned an impossible result.
+    /// The result is not finite or violates the energy balance.
     Fail,
 }
 
 impl CaseVerdict {
-    /// The word for it.
+    /// Verdict as text.
     pub fn name(self) -> &'static str {
         match self {
             CaseVerdict::Pass => "pass",
@@ -55,10 +55,10 @@ impl CaseVerdict {
     }
 }
 
-/// Largest energy-balance error, its uncertainty included: the share a user would see in a plot.
+/// Maximum relative energy-balance error including its uncertainty: a deviation visible in a plot.
 pub const MAX_ENERGY_ERROR: f64 = 1e-3;
 
-/// Methods taken where none is named: what a plan would choose, and one of every kind.
+/// Default methods: one of every kind, in addition to the automatic choice.
 const DEFAULT_METHODS: &[&str] = &[
     "radau5",
     "generalized-alpha-controlled",
@@ -66,27 +66,27 @@ const DEFAULT_METHODS: &[&str] = &[
     "dopri5",
 ];
 
-/// Methods given a step far too large where none is named.
+/// Default methods of the coarse-step case.
 const FIXED_STEP_METHODS: &[&str] = &["rk4", "generalized-alpha", "newmark"];
 
-/// Steps of methods that go by one, where the study names no step.
+/// Default number of steps of fixed-step methods.
 const STEPS: f64 = 1e5;
 
-/// The case of a step far too large, and its share of the time.
+/// Coarse-step case: name, and step as a share of the simulated time.
 const COARSE_STEP: (&str, f64) = ("step a tenth of the time", 0.1);
 
-/// The methods a scene is rerun by.
+/// Integration methods of a stress test.
 pub struct CaseMethods {
-    /// In every case.
-    every: Vec<&'static IntegrationMethod>,
-    /// Those given too large a step as well.
+    /// Methods of every perturbation.
+    general: Vec<&'static IntegrationMethod>,
+    /// Methods of the coarse-step case.
     fixed_step: Vec<&'static IntegrationMethod>,
-    /// Those that cannot take the machine, and why.
+    /// Methods not applicable to the machine, with the reason.
     pub unsupported: Vec<(&'static str, String)>,
 }
 
 impl CaseMethods {
-    /// Those named; where none is, what a plan would choose and one of every kind.
+    /// Named methods; by default the automatic choice and one of every kind.
     ///
     /// # Errors
     /// An unknown method.
@@ -96,45 +96,45 @@ impl CaseMethods {
         names: &[String],
     ) -> Result<CaseMethods, Error> {
         let model = &setup.model.model;
-        let of = |names: &'static [&str]| METHODS.iter().filter(move |m| names.contains(&m.name));
-        let (mut every, mut stepped): (Vec<_>, Vec<_>) = if names.is_empty() {
-            let free = SimulateStudy {
+        let rows = |names: &'static [&str]| METHODS.iter().filter(move |m| names.contains(&m.name));
+        let (mut general, mut fixed_step): (Vec<_>, Vec<_>) = if names.is_empty() {
+            let automatic = SimulateStudy {
                 method: None,
                 step: None,
                 ..study.clone()
             };
-            let first = choose_method(model, &free)?.method;
-            let others = of(DEFAULT_METHODS).filter(|m| m.name != first.name);
-            let every = [first].into_iter().chain(others).collect();
-            (every, of(FIXED_STEP_METHODS).collect())
+            let first = choose_method(model, &automatic)?.method;
+            let defaults = rows(DEFAULT_METHODS).filter(|m| m.name != first.name);
+            let general = [first].into_iter().chain(defaults).collect();
+            (general, rows(FIXED_STEP_METHODS).collect())
         } else {
-            let all = find_methods(names)?;
-            let stepped = all
+            let named = find_methods(names)?;
+            let fixed_step = named
                 .iter()
                 .copied()
                 .filter(|m| m.step_control == StepControl::Fixed);
-            (all.clone(), stepped.collect())
+            (named.clone(), fixed_step.collect())
         };
-        let mut left_out: Vec<(&str, String)> = Vec::new();
-        for method in every.iter().chain(&stepped) {
-            if let Some(why) = (method.unsupported_reason)(model)
-                && left_out.iter().all(|(name, _)| *name != method.name)
+        let mut unsupported: Vec<(&str, String)> = Vec::new();
+        for method in general.iter().chain(&fixed_step) {
+            if let Some(reason) = (method.unsupported_reason)(model)
+                && unsupported.iter().all(|(name, _)| *name != method.name)
             {
-                left_out.push((method.name, why));
+                unsupported.push((method.name, reason));
             }
         }
-        let able = |m: &&IntegrationMethod| left_out.iter().all(|(name, _)| *name != m.name);
-        every.retain(able);
-        stepped.retain(able);
+        let applies = |m: &&IntegrationMethod| unsupported.iter().all(|(name, _)| *name != m.name);
+        general.retain(applies);
+        fixed_step.retain(applies);
         Ok(CaseMethods {
-            every,
-            fixed_step: stepped,
-            unsupported: left_out,
+            general,
+            fixed_step,
+            unsupported,
         })
     }
 }
 
-/// Reruns a scene at its extremes. Ended early, it gives the cases that were finished.
+/// Simulates a scene with every perturbation by every method; after a cancellation the completed cases are returned.
 pub fn stress_test(
     setup: &SimulationSetup,
     study: &SimulateStudy,
@@ -143,101 +143,101 @@ pub fn stress_test(
 ) -> Vec<StressCase> {
     let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     let step = study.step.unwrap_or(setup.end_time / STEPS);
-    let as_it_is = PerturbedScene::new(setup, tolerance, step);
-    let changes = CASES
+    let unperturbed = PerturbedScene::new(setup, tolerance, step);
+    let perturbations = CASES
         .iter()
         .filter(|c| no_effect_reason(c.0, setup).is_none());
-    // A step far too large is for those that take what they are given.
+    // Only fixed-step methods run with a coarse step.
     let coarse: (_, Perturbation) = (COARSE_STEP.0, |x| x.step = COARSE_STEP.1 * x.end_time);
-    let every = changes.flat_map(|change| methods.every.iter().map(move |m| (change, *m)));
-    let stepped = methods.fixed_step.iter().map(|m| (&coarse, *m));
-    let cases: Vec<_> = every.chain(stepped).collect();
+    let runs = perturbations.flat_map(|change| methods.general.iter().map(move |m| (change, *m)));
+    let coarse_runs = methods.fixed_step.iter().map(|m| (&coarse, *m));
+    let cases: Vec<_> = runs.chain(coarse_runs).collect();
     let cancel = monitor.cancel;
     let monitor = Mutex::new(monitor);
-    let finished = parallel::map(&cases, |&(&(name, change), method)| {
-        let proceeds = monitor
+    let completed = parallel::map(&cases, |&(&(name, change), method)| {
+        let is_running = monitor
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .proceed(&format!("{name}: {}", method.name));
-        if !proceeds {
+        if !is_running {
             return None;
         }
-        let mut extreme = as_it_is.clone();
-        change(&mut extreme);
-        run_case(name, method, (&extreme, setup.samples), cancel)
+        let mut scene = unperturbed.clone();
+        change(&mut scene);
+        run_case(name, method, (&scene, setup.samples), cancel)
     });
-    finished.into_iter().flatten().collect()
+    completed.into_iter().flatten().collect()
 }
 
-/// One case by one method, with so many samples; nothing where it was ended.
+/// Runs one case by one method with `samples` samples; `None` after a cancellation.
 pub fn run_case(
     name: &str,
     method: &'static IntegrationMethod,
-    (extreme, samples): (&PerturbedScene, usize),
+    (scene, samples): (&PerturbedScene, usize),
     cancel: &CancelToken,
 ) -> Option<StressCase> {
-    let case = |(verdict, figure, reason)| StressCase {
+    let case = |(verdict, energy_error, reason)| StressCase {
         name: name.to_string(),
         method: method.name,
         verdict,
-        energy_error: figure,
+        energy_error,
         reason,
     };
-    let refused = |why: String| Some(case((CaseVerdict::Refused, None, Some(why))));
-    let (model, known) = match extreme.integration_model() {
-        Ok(moving) => moving,
+    let refused = |reason: String| Some(case((CaseVerdict::Refused, None, Some(reason))));
+    let (model, prescribed) = match scene.integration_model() {
+        Ok(model) => model,
         Err(error) => return refused(error_message(error)),
     };
-    if let Some(why) = (method.unsupported_reason)(&model) {
-        return refused(why);
+    if let Some(reason) = (method.unsupported_reason)(&model) {
+        return refused(reason);
     }
     let limit = BalanceLimit {
-        evaluations: extreme.budget,
+        evaluations: scene.budget,
         predicts: true,
         cancel: cancel.clone(),
     };
     let mut observer = Observer::default();
-    let run = [0.0, extreme.end_time];
-    let meter = EnergyIntegrator::observe(&model, known.as_ref(), run, limit, &mut observer);
+    let span = [0.0, scene.end_time];
+    let energy = EnergyIntegrator::observe(&model, prescribed.as_ref(), span, limit, &mut observer);
     let options = IntegrationOptions {
         from: 0.0,
-        to: extreme.end_time,
-        initial_state: extreme.start.clone(),
+        to: scene.end_time,
+        initial_state: scene.start.clone(),
         samples,
         step_size: match method.step_control {
-            StepControl::Fixed => StepSize::Fixed(extreme.step),
-            _ => StepSize::Adaptive(extreme.tolerance),
+            StepControl::Fixed => StepSize::Fixed(scene.step),
+            _ => StepSize::Adaptive(scene.tolerance),
         },
-        max_work: extreme.budget,
+        max_work: scene.budget,
         cancel: cancel.clone(),
         observer,
     };
-    let mut finite = true;
-    let ran = (method.run)(&model, &options, &mut |_, y, _| {
-        finite &= y.iter().all(|x| x.is_finite());
+    let mut is_finite = true;
+    let outcome = (method.run)(&model, &options, &mut |_, y, _| {
+        is_finite &= y.iter().all(|x| x.is_finite());
         ControlFlow::Continue(())
     });
     if cancel.is_cancelled() {
         return None;
     }
-    match ran {
+    match outcome {
         Err(error) => refused(error_message(error)),
-        Ok(_) if !finite => {
-            let words = "the result is not finite".to_string();
-            Some(case((CaseVerdict::Fail, None, Some(words))))
+        Ok(_) if !is_finite => {
+            let message = "the result is not finite".to_string();
+            Some(case((CaseVerdict::Fail, None, Some(message))))
         }
         Ok(effort) => {
-            let balance = meter.borrow().balance();
-            let asked = match method.step_control {
+            let balance = energy.borrow().balance();
+            let requested = match method.step_control {
                 StepControl::Exact => RequestedAccuracy::Exact,
                 StepControl::Adaptive => {
-                    RequestedAccuracy::Tolerance(extreme.tolerance, effort.steps)
+                    RequestedAccuracy::Tolerance(scene.tolerance, effort.steps)
                 }
                 StepControl::Fixed => {
-                    RequestedAccuracy::Step(extreme.step, method.order.unwrap_or(1))
+                    RequestedAccuracy::Step(scene.step, method.order.unwrap_or(1))
                 }
             };
-            Some(case(judge_balance(&balance, asked)))
+            Some(case(judge_balance(&balance, requested)))
         }
     }
 }
@@ -254,14 +254,14 @@ fn error_message(error: Error) -> String {
 pub enum RequestedAccuracy {
     /// To rounding.
     Exact,
-    /// By a tolerance of each step's error, and the steps it took.
+    /// Tolerance of the local error, and number of steps.
     Tolerance(f64, u64),
-    /// By a step, s, whatever comes of it; and the order of the method.
+    /// Fixed step, s, and order of the method.
     Step(f64, u32),
 }
 
 impl RequestedAccuracy {
-    /// Largest energy-balance error where every step errs as far as it may: twice the errors, energy being of their square.
+    /// Maximum relative energy-balance error at the permitted local errors: twice their sum, as energy is quadratic.
     fn max_energy_error(self) -> f64 {
         match self {
             RequestedAccuracy::Exact => 0.0,
@@ -270,62 +270,62 @@ impl RequestedAccuracy {
         }
     }
 
-    /// Why so much of the energy is missing, and what would hold it.
+    /// Message about a too coarse tolerance or step, with a sufficient one.
     fn coarse_step_message(self, gap: f64) -> String {
-        let less = MAX_ENERGY_ERROR / gap;
+        let ratio = MAX_ENERGY_ERROR / gap;
         match self {
             RequestedAccuracy::Exact => String::new(),
             RequestedAccuracy::Tolerance(tolerance, steps) => format!(
                 "too coarse: {gap:.0e} of the energy is missing, which an error of {tolerance:.0e} in each of {steps} steps allows; a tolerance of about {:.0e} would hold it",
-                tolerance * less
+                tolerance * ratio
             ),
             RequestedAccuracy::Step(step, order) => format!(
                 "the step is too long: {gap:.0e} of the energy is missing; steps of about {} would hold it",
-                format_time(step * less.powf(1.0 / f64::from(order)))
+                format_time(step * ratio.powf(1.0 / f64::from(order)))
             ),
         }
     }
 }
 
-/// Judges a completed run by its energy balance: verdict, figure, reason.
+/// Judges a completed run by its energy balance: verdict, relative error, reason.
 pub fn judge_balance(
     balance: &EnergyBalance,
     options: RequestedAccuracy,
 ) -> (CaseVerdict, Option<f64>, Option<String>) {
     let gap = balance.relative_error().abs();
-    let refused = |figure, why| (CaseVerdict::Refused, figure, Some(why));
+    let refused = |error, reason| (CaseVerdict::Refused, error, Some(reason));
     if let Some(share) = balance.stopped_at {
-        let whole = match share > 0.0 {
+        let total = match share > 0.0 {
             true => format!("about {}", rounded(balance.evaluations as f64 / share)),
             false => "more than can be estimated".to_string(),
         };
-        let words = format!(
-            "its energy balance cannot be computed: {} evaluations of the powers covered {} % of the time; all would take {whole}, which exceeds the budget",
+        let message = format!(
+            "its energy balance cannot be computed: {} evaluations of the powers covered {} % of the time; all would take {total}, which exceeds the budget",
             rounded(balance.evaluations as f64),
-            brief_share(share)
+            percentage(share)
         );
-        return refused(None, words);
+        return refused(None, message);
     }
-    let doubt = balance.error_bound().unwrap_or(f64::INFINITY);
-    if gap + doubt <= MAX_ENERGY_ERROR {
+    let uncertainty = balance.error_bound().unwrap_or(f64::INFINITY);
+    if gap + uncertainty <= MAX_ENERGY_ERROR {
         (CaseVerdict::Pass, Some(gap), None)
-    } else if gap - doubt > MAX_ENERGY_ERROR.max(options.max_energy_error()) {
-        let words = "the energy does not add up".to_string();
-        (CaseVerdict::Fail, Some(gap), Some(words))
-    } else if gap - doubt > MAX_ENERGY_ERROR {
+    } else if gap - uncertainty > MAX_ENERGY_ERROR.max(options.max_energy_error()) {
+        let message = "the energy does not add up".to_string();
+        (CaseVerdict::Fail, Some(gap), Some(message))
+    } else if gap - uncertainty > MAX_ENERGY_ERROR {
         refused(Some(gap), options.coarse_step_message(gap))
     } else {
-        let words = format!(
-            "its energy balance is not conclusive: it closes to {gap:.0e} with an uncertainty of {doubt:.0e}"
+        let message = format!(
+            "its energy balance is not conclusive: it closes to {gap:.0e} with an uncertainty of {uncertainty:.0e}"
         );
-        refused(Some(gap), words)
+        refused(Some(gap), message)
     }
 }
 
-/// A share in per cent, never rounded to all of it.
-fn brief_share(share: f64) -> String {
-    let cent = 100.0 * share;
-    match cent {
+/// Formats a share below one in per cent, rounded down.
+fn percentage(share: f64) -> String {
+    let per_cent = 100.0 * share;
+    match per_cent {
         0.0 => "0".to_string(),
         c if c >= 1.0 => format!("{:.0}", c.floor()),
         c => format!("{c:.1e}"),

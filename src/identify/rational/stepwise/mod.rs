@@ -3,8 +3,10 @@
 mod addition;
 mod elimination;
 mod single_line;
+mod sub_bands;
 
 use self::addition::distinct_peaks;
+use self::sub_bands::{MAX_JOINT_POLES, MAX_PASSES};
 use super::SelectionStep;
 use super::basis::{ScaledPole, WhitenedProblem};
 use super::line_compression::{CompressedProblem, Compressor};
@@ -71,7 +73,7 @@ pub(super) struct StepwiseSearch<'a> {
     pub steps: usize,
     /// Scans made.
     pub scans: usize,
-    /// Operations made, about.
+    /// Operations made, about, without those by sub-bands.
     pub work: f64,
     /// Operations allowed.
     pub allowed: f64,
@@ -120,7 +122,7 @@ impl<'a> StepwiseSearch<'a> {
         step_work(problem, poles, self.numerators)
     }
 
-    /// From poles at hand to those that are worth it, with the lines they were fitted on.
+    /// From initial poles to the significant ones, with the lines they were fitted on.
     pub fn run(mut self, model: &PoleModel, evidence: &mut Vec<SelectionStep>) -> StepwiseResult {
         let start = self.fit_model(model, &[]);
         let fit = match self.options.add_poles {
@@ -130,7 +132,10 @@ impl<'a> StepwiseSearch<'a> {
             }
             false => self.eliminate(start, evidence),
         };
-        let fit = self.drop_uncertain(fit);
+        let fit = match self.is_crowd(&fit.model.poles) {
+            true => fit,
+            false => self.drop_uncertain(fit),
+        };
         self.into_grown(fit)
     }
 
@@ -180,17 +185,28 @@ impl<'a> StepwiseSearch<'a> {
         self.fit_model(&fit.model, &[])
     }
 
-    /// Adds poles until none is worth it, or too many lie close to each other.
+    /// Adds poles until none is significant, or too many lie close to each other.
     fn add_poles(&mut self, mut fit: ModelFit, evidence: &mut Vec<SelectionStep>) -> ModelFit {
+        let mut passes = 0;
         loop {
-            let (next, is_more) = self.next(fit, evidence);
-            let is_crowd = self.options.fixed_pole_count.is_none()
-                && is_crowd(&next.model.poles, self.measured.line_spacing);
-            if !is_more || is_crowd {
+            let is_many = fit.model.poles.len() > MAX_JOINT_POLES;
+            let (next, is_more) = match is_many && self.options.fixed_pole_count.is_none() {
+                true => {
+                    passes += 1;
+                    self.next_by_sub_band(fit, evidence)
+                }
+                false => self.next(fit, evidence),
+            };
+            if !is_more || passes == MAX_PASSES || self.is_crowd(&next.model.poles) {
                 return next;
             }
             fit = next;
         }
+    }
+
+    /// Whether poles are crowded; never of a requested number.
+    fn is_crowd(&self, poles: &[ScaledPole]) -> bool {
+        self.options.fixed_pole_count.is_none() && is_crowd(poles, self.measured.line_spacing)
     }
 
     /// The fit with more poles, or that at hand, settled, where none is worth it or no more are allowed; and which.

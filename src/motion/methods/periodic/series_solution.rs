@@ -1,4 +1,4 @@
-//! Taylor series of motion and event functions over one piece of the period.
+//! Taylor series of motion and event functions, `x(σ) = Σ c_k σᵏ` with σ in [−1, 1], over one piece of the period.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -10,47 +10,47 @@ use crate::numeric::vector_ops::gemv;
 
 use super::scale::StateUnits;
 
-/// Terms computed; the ones that do not count are left out.
+/// Maximum number of Taylor terms; negligible terms are truncated.
 const MAX_TERMS: usize = 40;
 
-/// A term of a series is left out where it changes a state, in its own units, by less than this share of its size.
+/// Relative size of a negligible term, in the scaled units of its state.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Entries evaluated at once.
+/// Number of series evaluated simultaneously.
 const LANES: usize = 4;
 
-/// Solutions over a piece.
+/// Fundamental solutions over a piece as Taylor series.
 #[derive(Debug)]
 pub struct SeriesSolutions {
     /// Number of solutions.
     pub columns: usize,
-    /// Rows of the state kept: coordinates and inner states.
+    /// Number of stored rows: coordinates and internal states.
     pub rows: usize,
-    /// Coefficients, series after series: `[row][column][term]`.
+    /// Taylor coefficients `[row][column][term]`.
     pub terms: Vec<f64>,
-    /// The same with so many entries `[row][column]` next to each other, term after term; what is beyond the last entry is zero.
+    /// Coefficients interleaved by [`LANES`] entries `[row][column]`, padded with zeros.
     interleaved: Vec<[f64; LANES]>,
-    /// Coefficients of every switching function: `[event][column][term]`.
+    /// Taylor coefficients of every event function: `[event][column][term]`.
     pub events: Vec<f64>,
-    /// First term of each of these, and the sum of the sizes of the others: `[event][column]`.
+    /// First term of each event function and the sum of magnitudes of the other terms: `[event][column]`.
     ranges: Vec<[f64; 2]>,
-    /// Terms of every series.
+    /// Number of terms of every series.
     pub length: usize,
 }
 
-/// A switching surface of one branch's contact state.
+/// Event function of a contact state of one branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvent {
-    /// The branch.
+    /// Index of the branch.
     pub branch: usize,
-    /// The value at factor zero, and what a factor of one adds.
+    /// Value at stiffness factor zero, and its derivative by the factor.
     pub value: [Affine; 2],
-    /// Contact state beyond the switching surface.
+    /// Contact state after the event.
     pub next: ContactState,
 }
 
 impl ContactEvent {
-    /// The same switching surface seen from beyond.
+    /// Event function with reversed sign.
     pub fn reversed(&self) -> [Affine; 2] {
         self.value.map(|a| Affine {
             constant: -a.constant,
@@ -60,26 +60,26 @@ impl ContactEvent {
     }
 }
 
-/// Every switching surface of a set of contact states.
+/// Event functions of a set of contact states.
 pub fn contact_events(model: &TimeVaryingModel, states: &[ElementState]) -> Vec<ContactEvent> {
     let mut all = Vec::new();
     for (branch, (b, state)) in model.model.elements.iter().zip(states).enumerate() {
         let (ForceLaw::Contact(contact), ElementState::Contact(state, _)) = (&b.law, state) else {
             continue;
         };
-        let zero = contact.switching_functions(*state, 0.0);
-        let one = contact.switching_functions(*state, 1.0);
+        let f0 = contact.switching_functions(*state, 0.0);
+        let f1 = contact.switching_functions(*state, 1.0);
         all.extend(
-            zero.iter()
-                .zip(&one)
-                .map(|(&(at, next), &(with, _))| ContactEvent {
+            f0.iter()
+                .zip(&f1)
+                .map(|(&(base, next), &(full, _))| ContactEvent {
                     branch,
                     value: [
-                        at,
+                        base,
                         Affine {
-                            constant: with.constant - at.constant,
-                            deflection: with.deflection - at.deflection,
-                            rate: with.rate - at.rate,
+                            constant: full.constant - base.constant,
+                            deflection: full.deflection - base.deflection,
+                            rate: full.rate - base.rate,
                         },
                     ],
                     next,
@@ -90,10 +90,10 @@ pub fn contact_events(model: &TimeVaryingModel, states: &[ElementState]) -> Vec<
 }
 
 impl SeriesSolutions {
-    /// Motions from states at the middle, each with what acts on it.
+    /// Series from states at the middle of the piece, each with its forcing.
     ///
     /// # Errors
-    /// `NoConvergence` where the series do not end.
+    /// `NoConvergence` if the series do not converge.
     pub fn new(
         model: &TimeVaryingModel,
         scale: &StateUnits,
@@ -110,15 +110,15 @@ impl SeriesSolutions {
             true => scale.units[row],
             false => scale.units[row + n],
         };
-        let at = |k: usize, row: usize, column: usize| motions[column][k * rows + row] / unit(row);
+        let c = |k: usize, row: usize, column: usize| motions[column][k * rows + row] / unit(row);
         let size = |k: usize, column: usize| {
             (0..rows)
-                .map(|row| at(k, row, column).abs())
+                .map(|row| c(k, row, column).abs())
                 .fold(0.0, f64::max)
         };
         let length = (0..columns)
             .map(|column| significant_terms(|k| size(k, column) * (k.max(1) as f64)))
-            .try_fold(2, |most, length| length.map(|length| most.max(length)))
+            .try_fold(2, |n, length| length.map(|length| n.max(length)))
             .ok_or_else(|| {
                 let message = format!(
                     "the series of the motion over {} s do not end after {MAX_TERMS} terms",
@@ -130,15 +130,15 @@ impl SeriesSolutions {
         let mut terms = Vec::with_capacity(length * rows * columns);
         for row in 0..rows {
             for column in 0..columns {
-                terms.extend((0..length).map(|k| at(k, row, column)));
+                terms.extend((0..length).map(|k| c(k, row, column)));
             }
         }
-        let mut beside = vec![[0.0; LANES]; (rows * columns).div_ceil(LANES) * length];
+        let mut interleaved = vec![[0.0; LANES]; (rows * columns).div_ceil(LANES) * length];
         for (entry, series) in terms.chunks_exact(length).enumerate() {
-            let places = beside[entry / LANES * length..].iter_mut();
-            places
+            let slots = interleaved[entry / LANES * length..].iter_mut();
+            slots
                 .zip(series)
-                .for_each(|(place, a)| place[entry % LANES] = *a);
+                .for_each(|(slot, a)| slot[entry % LANES] = *a);
         }
         let mut events = Vec::with_capacity(limits.len() * length * columns);
         for limit in limits {
@@ -146,68 +146,68 @@ impl SeriesSolutions {
                 events.extend(event_series(model, limit, motion, sources, length));
             }
         }
-        let reach = |series: &[f64]| [series[0], series[1..].iter().map(|a| a.abs()).sum()];
+        let range = |series: &[f64]| [series[0], series[1..].iter().map(|a| a.abs()).sum()];
         Ok(SeriesSolutions {
             columns,
             rows,
             terms,
-            interleaved: beside,
-            ranges: events.chunks_exact(length).map(reach).collect(),
+            interleaved,
+            ranges: events.chunks_exact(length).map(range).collect(),
             events,
             length,
         })
     }
 
-    /// The states of all columns at a place, `[state][column]`; `speed` makes speeds of d/dσ.
-    pub fn states(&self, place: f64, n: usize, speed: f64) -> Vec<f64> {
+    /// States of all columns at σ, `[state][column]`; `speed` is dσ/dt, 1/s.
+    pub fn states(&self, sigma: f64, n: usize, speed: f64) -> Vec<f64> {
         let mut states = Vec::new();
-        self.states_into(place, n, speed, &mut states);
+        self.states_into(sigma, n, speed, &mut states);
         states
     }
 
-    /// The same into room that is there.
-    pub fn states_into(&self, place: f64, n: usize, speed: f64, states: &mut Vec<f64>) {
-        let (entries, moved) = (self.rows * self.columns, n * self.columns);
+    /// States of all columns at σ, written into a buffer.
+    pub fn states_into(&self, sigma: f64, n: usize, speed: f64, states: &mut Vec<f64>) {
+        let (entries, n_moving) = (self.rows * self.columns, n * self.columns);
         states.clear();
-        states.resize(entries + moved, 0.0);
-        for (at, terms) in self.interleaved.chunks_exact(self.length).enumerate() {
-            let first = at * LANES;
+        states.resize(entries + n_moving, 0.0);
+        for (block, terms) in self.interleaved.chunks_exact(self.length).enumerate() {
+            let first = block * LANES;
             let (mut value, mut slope) = ([0.0; LANES], [0.0; LANES]);
             for term in terms.iter().rev() {
                 for lane in 0..LANES {
-                    slope[lane] = slope[lane] * place + value[lane];
-                    value[lane] = value[lane] * place + term[lane];
+                    slope[lane] = slope[lane] * sigma + value[lane];
+                    value[lane] = value[lane] * sigma + term[lane];
                 }
             }
             for (entry, lane) in (first..entries.min(first + LANES)).zip(0..) {
-                if entry < moved {
+                if entry < n_moving {
                     states[entry] = value[lane];
-                    states[entry + moved] = slope[lane] * speed;
+                    states[entry + n_moving] = slope[lane] * speed;
                 } else {
-                    states[entry + moved] = value[lane];
+                    states[entry + n_moving] = value[lane];
                 }
             }
         }
     }
 
-    /// Range of a combination of the series of a switching function: its middle, its largest deviation from that on the piece, and the size
-    /// of the terms that the middle is summed from.
+    /// Range of a combination of the series of an event function: middle value, bound of the deviation on the piece, and magnitude of the
+    /// terms of the middle value.
     pub fn value_range(&self, event: usize, weights: &[f64]) -> [f64; 3] {
-        let own = &self.ranges[event * self.columns..(event + 1) * self.columns];
-        let pairs = own.iter().zip(weights);
-        pairs.fold([0.0; 3], |[middle, reach, size], ([a, more], x)| {
-            let part = a * x;
-            [middle + part, reach + more * x.abs(), size + part.abs()]
+        let ranges = &self.ranges[event * self.columns..(event + 1) * self.columns];
+        let pairs = ranges.iter().zip(weights);
+        pairs.fold([0.0; 3], |[middle, dev, size], ([a, spread], x)| {
+            let term = a * x;
+            [middle + term, dev + spread * x.abs(), size + term.abs()]
         })
     }
 
-    /// The combination of the series of a row by weights, added to `sum`.
+    /// Adds the weighted combination of the series of a row to `sum`.
     pub fn add_row(&self, row: usize, weights: &[f64], sum: &mut [f64]) {
         let size = self.columns * self.length;
         self.add(&self.terms[row * size..(row + 1) * size], weights, sum);
     }
 
-    /// The combination of the series of a switching surface by weights, added to `sum`.
+    /// Adds the weighted combination of the series of an event function to `sum`.
     pub fn add_event(&self, event: usize, weights: &[f64], sum: &mut [f64]) {
         let size = self.columns * self.length;
         let all = &self.events[event * size..(event + 1) * size];
@@ -222,27 +222,27 @@ impl SeriesSolutions {
     }
 }
 
-/// Terms after which two in a row no longer count.
+/// Number of significant terms, followed by four negligible ones; none without convergence.
 fn significant_terms(size: impl Fn(usize) -> f64) -> Option<usize> {
     let mut largest: f64 = 0.0;
-    let mut quiet = 0;
+    let mut negligible = 0;
     for k in 0..MAX_TERMS {
-        let now = size(k);
-        largest = largest.max(now);
-        quiet = if now <= NEGLIGIBLE * largest {
-            quiet + 1
+        let current = size(k);
+        largest = largest.max(current);
+        negligible = if current <= NEGLIGIBLE * largest {
+            negligible + 1
         } else {
             0
         };
-        // Load harmonics and waves can leave out every second term, or start late: the first ones count always.
-        if quiet >= 4 && k > 6 {
+        // Load harmonics and waves can have zero terms alternately or at first: the first terms always count.
+        if negligible >= 4 && k > 6 {
             return Some(k - 3);
         }
     }
     None
 }
 
-/// The value of a switching surface along a motion.
+/// Taylor series of an event function along a motion.
 fn event_series(
     model: &TimeVaryingModel,
     limit: &ContactEvent,
@@ -255,7 +255,7 @@ fn event_series(
     let direction = &model.model.elements[limit.branch].direction;
     let delta =
         |k: usize| direction.dot(&motion[k * rows..k * rows + n]) - sources.error(limit.branch, k);
-    let part = |a: Affine, k: usize| {
+    let term = |a: Affine, k: usize| {
         let constant = if sources.steady && k == 0 {
             a.constant
         } else {
@@ -267,15 +267,15 @@ fn event_series(
         };
         constant + a.deflection * delta(k) + rate
     };
-    let [plain, with_factor] = limit.value;
+    let [base, with_factor] = limit.value;
     let branch = &model.branches[limit.branch];
-    let turning: Vec<f64> = (0..length).map(|k| part(with_factor, k)).collect();
+    let modulated: Vec<f64> = (0..length).map(|k| term(with_factor, k)).collect();
     (0..length)
-        .map(|k| part(plain, k) + branch.times_stiffness(&turning, k))
+        .map(|k| term(base, k) + branch.times_stiffness(&modulated, k))
         .collect()
 }
 
-/// All columns' states at the start of the piece inverted, and at its end.
+/// Inverse state matrix at the start of the piece, and state matrix at its end.
 pub fn end_states(solutions: &SeriesSolutions, n: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
     let start = solutions.states(-1.0, n, speed);
     let end = solutions.states(1.0, n, speed);

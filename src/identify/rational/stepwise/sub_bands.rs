@@ -1,0 +1,162 @@
+//! Selection of many poles by overlapping sub-bands: the cost of a joint step grows with the square of the number of poles.
+//!
+//! The data of a sub-band are the residual of the fit plus the terms of the poles inside, with a linear background. Each sub-band yields
+//! the poles of its core. A few steps then refine all poles jointly.
+
+use super::super::SelectionStep;
+use super::super::basis::ScaledPole;
+use super::super::local_fit::cut_window;
+use super::super::projection::{ModelFit, PoleModel, StopCriteria, refine, residual};
+use super::{StepwiseOptions, StepwiseSearch};
+use crate::numeric::parallel;
+use crate::numeric::sorting::sort_rising;
+
+/// Maximum number of poles selected jointly, and within a sub-band.
+pub(super) const MAX_JOINT_POLES: usize = 24;
+const MAX_BAND_POLES: usize = 12;
+
+/// Number of known poles in the core of a sub-band, and in the overlap on either side.
+const CORE_POLES: usize = 4;
+const OVERLAP_POLES: isize = 2;
+
+/// Maximum number of passes over the sub-bands.
+pub(super) const MAX_PASSES: usize = 16;
+
+/// Joint steps after a pass.
+const STOP_AFTER_PASS: StopCriteria = StopCriteria {
+    steps: 3,
+    min_decrease: 1.0,
+    min_relative_decrease: 1e-3,
+};
+
+/// A pass lowers χ² below this share, or to less than this multiple of the number of data; otherwise the responses depart from the model.
+const MAX_CHI2_RATIO: f64 = 0.7;
+const MAX_NOISE_CHI2: f64 = 3.0;
+
+/// Poles of two sub-bands with a larger overlap are the same pole.
+const MIN_SAME_OVERLAP: f64 = 0.95;
+
+/// Frequency limits of a sub-band, relative to the highest line.
+struct SubBand {
+    core: (f64, f64),
+    limits: (f64, f64),
+}
+
+/// Poles selected in a sub-band.
+struct SubBandPoles {
+    /// Poles in the core.
+    poles: Vec<ScaledPole>,
+    /// Reason and decrease of χ² of every rejected pole.
+    rejected: Vec<(String, f64)>,
+}
+
+fn contains((low, high): (f64, f64), w: f64) -> bool {
+    low < w && w <= high
+}
+
+/// Sub-bands with equal numbers of poles in their cores, which cover the whole axis.
+fn sub_bands(poles: &[ScaledPole]) -> Vec<SubBand> {
+    let mut w: Vec<f64> = poles.iter().map(|p| p.w).collect();
+    sort_rising(&mut w, |&w| w);
+    let limit = |k: isize| match usize::try_from(k) {
+        Ok(k) if k >= w.len() => f64::INFINITY,
+        Ok(k) if k > 0 => 0.5 * (w[k - 1] + w[k]),
+        _ => f64::NEG_INFINITY,
+    };
+    let count = w.len().div_ceil(CORE_POLES);
+    let first = |band: usize| (band * w.len() / count) as isize;
+    (0..count)
+        .map(|band| SubBand {
+            core: (limit(first(band)), limit(first(band + 1))),
+            limits: (
+                limit(first(band) - OVERLAP_POLES),
+                limit(first(band + 1) + OVERLAP_POLES),
+            ),
+        })
+        .collect()
+}
+
+impl StepwiseSearch<'_> {
+    /// One pass over all sub-bands, and whether another may add poles; the fit is unchanged where none is significant.
+    pub(super) fn next_by_sub_band(
+        &mut self,
+        fit: ModelFit,
+        evidence: &mut Vec<SelectionStep>,
+    ) -> (ModelFit, bool) {
+        let mut on_all_lines = fit.clone();
+        on_all_lines.fits[0].e = residual(self.measured, &fit.model, self.numerators, &fit.fits[0]);
+        let bands = sub_bands(&fit.model.poles);
+        let selected = parallel::map(&bands, |band| self.select_in(band, &on_all_lines));
+        let mut poles: Vec<ScaledPole> = Vec::new();
+        for band in &selected {
+            let known = poles.clone();
+            let is_new = |p: &&ScaledPole| known.iter().all(|q| q.overlap(p) <= MIN_SAME_OVERLAP);
+            poles.extend(band.poles.iter().filter(is_new));
+        }
+        let model = PoleModel {
+            poles,
+            delays: fit.model.delays.clone(),
+        };
+        let start = self.fit_model(&model, &[]);
+        if self.is_crowd(&model.poles) {
+            return (start, false);
+        }
+        let refined = refine(self.problem(), start, self.numerators, STOP_AFTER_PASS);
+        self.steps += refined.steps;
+        let next = self.prune(refined);
+        let added = (next.model.poles.len())
+            .saturating_sub(fit.model.poles.len())
+            .max(1);
+        if fit.chi2 - next.chi2 < self.threshold * added as f64 {
+            let rejected = selected.into_iter().flat_map(|band| band.rejected);
+            if let Some((reason, decrease)) = rejected.max_by(|a, b| a.1.total_cmp(&b.1)) {
+                evidence.push(self.step(&fit, fit.chi2 - decrease, 1, false, &reason));
+            }
+            return (fit, false);
+        }
+        evidence.push(self.step(&fit, next.chi2, added, true, ""));
+        let is_converging = next.chi2 < MAX_CHI2_RATIO * fit.chi2;
+        let is_near_noise = next.chi2 < MAX_NOISE_CHI2 * self.options.data_count;
+        (next, is_converging || is_near_noise)
+    }
+
+    /// Stepwise selection on the lines of a sub-band; its poles unchanged where these lines determine no further one.
+    fn select_in(&self, band: &SubBand, fit: &ModelFit) -> SubBandPoles {
+        let (x, poles) = (&self.measured.x, &fit.model.poles);
+        let from = x.partition_point(|&x| x <= band.limits.0);
+        let to = x.partition_point(|&x| x <= band.limits.1);
+        let indices: Vec<usize> = (0..poles.len())
+            .filter(|&r| contains(band.limits, poles[r].w))
+            .collect();
+        let model = PoleModel {
+            poles: indices.iter().map(|&r| poles[r]).collect(),
+            delays: Vec::new(),
+        };
+        let responses = self.measured.y.ncols();
+        let determined = (to - from) * responses / (self.numerators * responses + 2);
+        let mut tried = Vec::new();
+        let mut selected = match determined > indices.len() {
+            false => model.poles,
+            true => {
+                let data = cut_window(self.measured, fit, self.numerators, &indices, from, to);
+                let options = StepwiseOptions {
+                    max_poles: MAX_BAND_POLES.min(determined),
+                    data_count: self.options.data_count * (to - from) as f64 / x.len() as f64,
+                    ..self.options
+                };
+                let mut search = StepwiseSearch::new(&data, self.numerators, options, self.allowed);
+                search.threshold = self.threshold;
+                search.run(&model, &mut tried).fit.model.poles
+            }
+        };
+        selected.retain(|p| contains(band.core, p.w));
+        tried.retain(|step| !step.accepted);
+        SubBandPoles {
+            poles: selected,
+            rejected: tried
+                .into_iter()
+                .map(|step| (step.reason, step.chi2_before - step.chi2_after))
+                .collect(),
+        }
+    }
+}
