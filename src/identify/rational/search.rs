@@ -70,10 +70,14 @@ const STEPS_BEFORE_VARIANCE: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-3,
 };
 
-/// Operations of the joint selection, about, after which noise alone is taken not to explain the responses: several times what 25 poles
-/// in 16 000 lines of four responses take. The search under departures counts no more than the second number of them.
-const MAX_WORK: f64 = 1e11;
-const MAX_COUNTED_WORK: f64 = 2e10;
+/// Operations of the joint selection for each pair of responses, about, after which noise alone is taken not to explain the responses:
+/// several times what ten modes in ten thousand lines of six responses take.
+const MAX_WORK: f64 = 2e10;
+
+/// Pairs of responses, at least one.
+fn response_pairs(lines: &ScaledResponses) -> f64 {
+    (0.5 * lines.h.len() as f64).max(1.0)
+}
 
 /// Most poles of a fit by noise alone, and one more for so many lines. Structures have fewer; what departs from the model asks for more
 /// without end.
@@ -129,7 +133,7 @@ pub(super) fn search(
         return result;
     }
     evidence.clear();
-    effort.work = effort.work.min(MAX_COUNTED_WORK);
+    effort.work /= response_pairs(average.unwrap_or(lines));
     let search = model_error_search(lines, &noise, rules, options);
     let departing = search.run(&start, &mut evidence, &mut effort);
     let mut result = fit_with_model_error(&search, departing);
@@ -557,7 +561,8 @@ fn select_poles(
     let numerators = structure.numerators();
     let weights = lines.weights(variance);
     let all = [lines.shared_problem(&weights, structure)];
-    let growth = StepwiseSearch::new(&all[0], numerators, options, MAX_WORK - effort.work);
+    let allowed = MAX_WORK * response_pairs(lines);
+    let growth = StepwiseSearch::new(&all[0], numerators, options, allowed - effort.work);
     let grown = growth.run(&model, evidence);
     effort.scans += grown.scans;
     effort.steps += grown.steps;
@@ -565,7 +570,7 @@ fn select_poles(
     let poles = &grown.fit.model.poles;
     let is_out = options.fixed_pole_count.is_none()
         && (poles.len() >= options.max_poles || is_crowd(poles, lines.step));
-    (effort.work <= MAX_WORK && !is_out).then_some(FullFit {
+    (effort.work <= allowed && !is_out).then_some(FullFit {
         fewer: grown.compressed,
         fit: grown.fit,
         all,

@@ -112,7 +112,7 @@ impl StepwiseSearch<'_> {
             if let Some((reason, decrease)) = rejected.max_by(|a, b| a.1.total_cmp(&b.1)) {
                 evidence.push(self.step(&fit, fit.chi2 - decrease, 1, false, &reason));
             }
-            return (fit, false);
+            return (self.fit_model(&fit.model, &[]), false);
         }
         evidence.push(self.step(&fit, next.chi2, added, true, ""));
         let is_converging = next.chi2 < MAX_CHI2_RATIO * fit.chi2;
