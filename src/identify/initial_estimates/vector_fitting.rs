@@ -1,8 +1,8 @@
 //! Vector fitting, relaxed (Gustavsen): poles moved to the zeros of `σ(s)` until σ is constant.
 //!
 //! Gustavsen & Semlyen, IEEE Trans. Power Delivery 14 (1999), pp. 1052–1061; relaxed, so that σ need not be 1 at infinity:
-//! Gustavsen, IEEE Trans. Power Delivery 21 (2006), pp. 1587–1592, eqs. (7)–(9); each response reduced alone: Deschrijver et
-//! al. (2008), see `reduction`.
+//! Gustavsen, IEEE Trans. Power Delivery 21 (2006), pp. 1587–1592, eqs. (7)–(9); own unknowns of each response eliminated:
+//! Deschrijver et al. (2008), see `elimination`.
 
 use super::elimination;
 use super::partial_fractions::{self, PolynomialColumns};

@@ -60,7 +60,7 @@ pub(super) fn fit_locally(
     let near: Vec<usize> = (0..poles.len())
         .filter(|&r| (problem.x[from]..=problem.x[to - 1]).contains(&poles[r].w))
         .collect();
-    let local = cut_window(problem, fit, numerators, &near, from, to);
+    let local = cut_window(problem, fit, &fit.fits[0].e, numerators, &near, from, to);
     let around: Vec<ScaledPole> = near.iter().map(|&r| poles[r]).collect();
     let columns = (near.len() + 1) * numerators + local.pole_free_columns.ncols();
     if 2 * (to - from) < columns + 4 {
@@ -106,10 +106,11 @@ pub(super) fn fit_locally(
     })
 }
 
-/// The residual within a window with the neighbours' own shares put back, and a background `1, j, t, jt`.
+/// The residual of a fit on all lines of a problem within a window, plus the terms of the poles `near`, with a background `1, j, t, jt`.
 pub(super) fn cut_window(
     problem: &WhitenedProblem,
     fitted: &ModelFit,
+    residual: &Matrix,
     numerators: usize,
     near: &[usize],
     from: usize,
@@ -138,7 +139,7 @@ pub(super) fn cut_window(
         }
     }
     let mut local = WhitenedProblem {
-        y: half(&fit.e),
+        y: half(residual),
         x,
         factor,
         pole_free_columns: Matrix::zeros(2 * m, 0),

@@ -3,7 +3,7 @@
 use super::super::SelectionStep;
 use super::super::basis::ScaledPole;
 use super::super::local_fit::{LocalFit, fit_locally};
-use super::super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
+use super::super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine};
 use super::super::scan::{ScanPeak, scan};
 use super::{MAX_BATCH, MAX_TRIALS, REASON_NOISE, StepwiseSearch, is_same_pole};
 use crate::numeric::sorting::sort_falling;
@@ -31,12 +31,11 @@ impl StepwiseSearch<'_> {
         } else {
             WORTH_TRYING * self.threshold
         };
-        let mut peaks = if self.lines.is_whole() {
-            scan(self.measured, &fit.fits[0].e, &fit.model.poles)
-        } else {
-            let left = residual(self.measured, &fit.model, self.numerators, &fit.fits[0]);
-            scan(self.measured, &left, &fit.model.poles)
-        };
+        let mut peaks = scan(
+            self.measured,
+            &self.residual_on_all_lines(fit),
+            &fit.model.poles,
+        );
         peaks.retain(|p| p.gain > least && !self.rejected.iter().any(|q| is_same_pole(q, &p.pole)));
         peaks
     }

@@ -5,13 +5,16 @@ mod elimination;
 mod single_line;
 mod sub_bands;
 
+use std::borrow::Cow;
+
 use self::addition::distinct_peaks;
 use self::sub_bands::{MAX_JOINT_POLES, MAX_PASSES};
 use super::SelectionStep;
 use super::basis::{ScaledPole, WhitenedProblem};
 use super::line_compression::{CompressedProblem, Compressor};
-use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
 use super::scan::ScanPeak;
+use crate::numeric::Matrix;
 use crate::numeric::statistics::{chi_squared_quantile, chi_squared_sf};
 
 /// Options of the stepwise selection.
@@ -175,6 +178,18 @@ impl<'a> StepwiseSearch<'a> {
     fn fit_model(&mut self, model: &PoleModel, candidates: &[ScanPeak]) -> ModelFit {
         self.lines = self.condenser.compress(model, candidates);
         fit_at(self.problem(), model, self.numerators)
+    }
+
+    /// Residual on the measured lines of a fit to condensed ones.
+    fn residual_on_all_lines<'f>(&self, fit: &'f ModelFit) -> Cow<'f, Matrix> {
+        let of_lines = &fit.fits[0];
+        match self.lines.is_whole() {
+            true => Cow::Borrowed(&of_lines.e),
+            false => {
+                let all = residual(self.measured, &fit.model, self.numerators, of_lines);
+                Cow::Owned(all)
+            }
+        }
     }
 
     /// The same fit on the lines its poles need now.

@@ -6,10 +6,10 @@
 use super::super::SelectionStep;
 use super::super::basis::ScaledPole;
 use super::super::local_fit::cut_window;
-use super::super::projection::{ModelFit, PoleModel, StopCriteria, refine, residual};
-use super::{StepwiseOptions, StepwiseSearch};
-use crate::numeric::parallel;
+use super::super::projection::{ModelFit, PoleModel, StopCriteria, refine};
+use super::{StepwiseOptions, StepwiseSearch, parameters_per_pole};
 use crate::numeric::sorting::sort_rising;
+use crate::numeric::{Matrix, parallel};
 
 /// Maximum number of poles selected jointly, and within a sub-band.
 pub(super) const MAX_JOINT_POLES: usize = 24;
@@ -46,8 +46,8 @@ struct SubBand {
 struct SubBandPoles {
     /// Poles in the core.
     poles: Vec<ScaledPole>,
-    /// Reason and decrease of χ² of every rejected pole.
-    rejected: Vec<(String, f64)>,
+    /// Steps that added no pole.
+    rejected: Vec<SelectionStep>,
 }
 
 fn contains((low, high): (f64, f64), w: f64) -> bool {
@@ -83,10 +83,9 @@ impl StepwiseSearch<'_> {
         fit: ModelFit,
         evidence: &mut Vec<SelectionStep>,
     ) -> (ModelFit, bool) {
-        let mut on_all_lines = fit.clone();
-        on_all_lines.fits[0].e = residual(self.measured, &fit.model, self.numerators, &fit.fits[0]);
+        let residual = self.residual_on_all_lines(&fit);
         let bands = sub_bands(&fit.model.poles);
-        let selected = parallel::map(&bands, |band| self.select_in(band, &on_all_lines));
+        let selected = parallel::map(&bands, |band| self.select_in(band, &fit, &residual));
         let mut poles: Vec<ScaledPole> = Vec::new();
         for band in &selected {
             let known = poles.clone();
@@ -109,8 +108,10 @@ impl StepwiseSearch<'_> {
             .max(1);
         if fit.chi2 - next.chi2 < self.threshold * added as f64 {
             let rejected = selected.into_iter().flat_map(|band| band.rejected);
-            if let Some((reason, decrease)) = rejected.max_by(|a, b| a.1.total_cmp(&b.1)) {
-                evidence.push(self.step(&fit, fit.chi2 - decrease, 1, false, &reason));
+            let decrease = |step: &SelectionStep| step.chi2_before - step.chi2_after;
+            if let Some(best) = rejected.max_by(|a, b| decrease(a).total_cmp(&decrease(b))) {
+                let chi2 = fit.chi2 - decrease(&best);
+                evidence.push(self.step(&fit, chi2, 1, false, &best.reason));
             }
             return (self.fit_model(&fit.model, &[]), false);
         }
@@ -121,7 +122,7 @@ impl StepwiseSearch<'_> {
     }
 
     /// Stepwise selection on the lines of a sub-band; its poles unchanged where these lines determine no further one.
-    fn select_in(&self, band: &SubBand, fit: &ModelFit) -> SubBandPoles {
+    fn select_in(&self, band: &SubBand, fit: &ModelFit, residual: &Matrix) -> SubBandPoles {
         let (x, poles) = (&self.measured.x, &fit.model.poles);
         let from = x.partition_point(|&x| x <= band.limits.0);
         let to = x.partition_point(|&x| x <= band.limits.1);
@@ -133,30 +134,36 @@ impl StepwiseSearch<'_> {
             delays: Vec::new(),
         };
         let responses = self.measured.y.ncols();
-        let determined = (to - from) * responses / (self.numerators * responses + 2);
-        let mut tried = Vec::new();
+        let data = ((to - from) * responses) as f64;
+        let determined = (data / parameters_per_pole(self.measured, self.numerators)) as usize;
+        let mut rejected = Vec::new();
         let mut selected = match determined > indices.len() {
             false => model.poles,
             true => {
-                let data = cut_window(self.measured, fit, self.numerators, &indices, from, to);
+                let part = cut_window(
+                    self.measured,
+                    fit,
+                    residual,
+                    self.numerators,
+                    &indices,
+                    from,
+                    to,
+                );
                 let options = StepwiseOptions {
                     max_poles: MAX_BAND_POLES.min(determined),
                     data_count: self.options.data_count * (to - from) as f64 / x.len() as f64,
                     ..self.options
                 };
-                let mut search = StepwiseSearch::new(&data, self.numerators, options, self.allowed);
+                let mut search = StepwiseSearch::new(&part, self.numerators, options, self.allowed);
                 search.threshold = self.threshold;
-                search.run(&model, &mut tried).fit.model.poles
+                search.run(&model, &mut rejected).fit.model.poles
             }
         };
         selected.retain(|p| contains(band.core, p.w));
-        tried.retain(|step| !step.accepted);
+        rejected.retain(|step| !step.accepted);
         SubBandPoles {
             poles: selected,
-            rejected: tried
-                .into_iter()
-                .map(|step| (step.reason, step.chi2_before - step.chi2_after))
-                .collect(),
+            rejected,
         }
     }
 }
