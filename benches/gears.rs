@@ -255,7 +255,7 @@ fn correction(file: &BevelFile, rows: &mut Vec<Row>) -> Value {
             .collect();
         let deviation = |n: &FlankNode| {
             cut.envelope
-                .on_ray(n.point, n.normal, n.at)
+                .intersect_ray(n.point, n.normal, n.at)
                 .expect("near")
                 .1
         };
@@ -283,7 +283,7 @@ fn correction(file: &BevelFile, rows: &mut Vec<Row>) -> Value {
     let solve = || problem.solve().expect("the flanks are reached");
     let (seconds, _) = best_on_processor(RUNS, || (0..CORRECTIONS).for_each(|_| drop(solve())));
     let (seconds, fit) = (seconds / CORRECTIONS as f64, solve());
-    let left = rms(fit.rests.concat());
+    let left = rms(fit.residuals.concat());
     let error = Some(left / before);
     let name = "one correction of ten settings by 2 × 45 nodes";
     rows.push(("correction", name, Took { seconds, error }));

@@ -290,7 +290,7 @@ fn one_freedom() -> Moved {
                 signal: load,
             }],
             mass_damping: 0.0,
-            unattached: None,
+            global_matrices: None,
         },
         start: vec![1.4, 0.0],
         outputs: MotionOutputs {
@@ -548,7 +548,7 @@ impl Moved {
             (0..n).map(row).collect()
         };
         let general = model
-            .unattached
+            .global_matrices
             .as_ref()
             .map(|(k, c)| json!([rows(k), rows(c)]));
         let drives = model.forces.iter().map(|d| {
@@ -597,7 +597,7 @@ fn signal(signal: &Signal) -> Value {
 fn branch(b: &ForceElement) -> Value {
     assert!(
         b.angle_waves.is_empty(),
-        "{} has an error that follows an angle",
+        "{} has an angle-dependent error",
         b.name
     );
     let (kind, numbers) = match &b.law {

@@ -180,7 +180,7 @@ fn geared(side: usize, damping: f64) -> DynamicModel {
         elements: branches,
         forces: vec![drive(0, 0.1), drive(n - 1, -0.1)],
         mass_damping: 0.0,
-        unattached: None,
+        global_matrices: None,
     }
 }
 

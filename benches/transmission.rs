@@ -13,11 +13,14 @@ use geardyn::internals::encoder::evaluate::{EvaluationOptions, evaluate};
 use geardyn::internals::encoder::gear_train::GearTrain;
 use geardyn::internals::encoder::orders::KnownOrders;
 use geardyn::internals::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
+use geardyn::internals::encoder::resampling::AngularResampler;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::numeric::fft::RealFft;
 
 mod beside;
 
 /// Of the first column.
-const WIDTH: usize = 58;
+const WIDTH: usize = 72;
 
 /// Rows of both encoders.
 const ROWS: usize = 10_000_000;
@@ -51,6 +54,37 @@ fn readings() -> (Vec<f64>, Vec<f64>) {
         )
     };
     (0..ROWS).map(one).unzip()
+}
+
+/// Transmission error over even cells of the angle and its transform, without any check; the worst relative error of an amplitude.
+fn spectrum_alone(input: &[f64], output: &[f64], per_turn: usize) -> f64 {
+    let ratio = 21.0 / 64.0;
+    let turns = |counts: f64| counts / COUNTS[0] * ratio;
+    let ends = (turns(input[0]), turns(input[ROWS - 1]));
+    let mut cells = AngularResampler::new(per_turn, ends.0, ends.1).expect("there are turns");
+    let (mut angles, mut errors) = (Vec::new(), Vec::new());
+    for (a, b) in input.chunks(4096).zip(output.chunks(4096)) {
+        angles.clear();
+        angles.extend(a.iter().map(|a| turns(*a)));
+        errors.clear();
+        let error = |(b, turns): (&f64, &f64)| TAU * (b / COUNTS[1] - turns);
+        errors.extend(b.iter().zip(&angles).map(error));
+        cells.push(&angles, &errors);
+    }
+    let mut signal = cells.finish().expect("every cell has rows");
+    // Whole hunting cycles of 21 turns.
+    let cycle = 21 * per_turn;
+    signal.values.truncate(signal.values.len() / cycle * cycle);
+    let turns = signal.revolutions() as f64;
+    let mut fft = RealFft::new(signal.values.len());
+    let mut lines = vec![Complex::new(0.0, 0.0); fft.lines()];
+    fft.forward(&mut signal.values, &mut lines);
+    let scale = 2.0 / (turns * per_turn as f64);
+    let off = |(order, a): &(f64, f64)| {
+        let line = lines[(order * turns).round() as usize];
+        (scale * line.norm() / a - 1.0).abs()
+    };
+    ERRORS.iter().map(off).fold(0.0, f64::max)
 }
 
 fn main() {
@@ -110,6 +144,15 @@ fn main() {
             beside::peer("transmission_peer.py", &[script, name]),
         );
     }
+    let per_turn = found.flanks[0].signal.samples_per_rev;
+    let (seconds, error) = best(3, || spectrum_alone(&input, &output, per_turn));
+    let alone = Took {
+        seconds,
+        error: Some(error),
+    };
+    let what = "its part: error at even angles and its transform alone; numpy";
+    let theirs = beside::peer("transmission_peer.py", &["interpolate", name]);
+    beside::row(WIDTH, what, alone, theirs);
     std::fs::remove_file(&path).expect("the file is ours");
     let (seconds, _) = best(3, || {
         black_box(&input).iter().sum::<f64>() + black_box(&output).iter().sum::<f64>()

@@ -69,7 +69,9 @@ pub use api::builder::ModelBuilder;
 pub use api::gear_pair::{GearMesh, GearPair};
 pub use api::machine::Machine;
 pub use api::model::Model;
-pub use api::modes::{Mode, Modes};
+pub use api::modes::{
+    Campbell, CampbellCrossing, ModalSensitivity, Mode, Modes, StateSpaceMatrices,
+};
 pub use api::motion::{Motion, MotionOutput};
 pub use api::response::{Response, ResponseFunction, ResponsePeak};
 pub use api::transmission::{OrderComponent, TransmissionError};
@@ -80,6 +82,9 @@ pub use gear::load::mesh_result::LoadedCycle;
 pub use identify::modal_parameters::ModalParameters;
 pub use identify::rational::DelayModel;
 pub use identify::transfer::function::TransferFunction;
+pub use modes::campbell::CampbellBranch;
+pub use modes::sensitivity::SensitivityParameter;
+pub use modes::whirl::Whirl;
 pub use numeric::Complex;
 pub use plan::logs::frf_estimation::FrfStudy;
 pub use plan::logs::identification_result::{IdentificationResult, IdentifiedMode};

@@ -108,7 +108,7 @@ impl GearPair {
         let mut file = self.file.clone();
         file.mesh = study.clone();
         let result = run::run(&file)?;
-        let mesh = result.mesh.ok_or_else(|| file.no_torque())?;
+        let mesh = result.mesh.ok_or_else(|| file.missing_torque_error())?;
         Ok(GearMesh {
             pinion_angles: mesh.pinion_angles,
             unloaded_te: mesh.unloaded_te,

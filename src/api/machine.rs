@@ -30,8 +30,8 @@ impl Machine {
         self.prepared.machine.dof_names()
     }
 
-    /// Natural modes: frequencies, damping, shapes and energies. Campbell diagrams, state-space matrices, reductions and sensitivities are of
-    /// the command alone.
+    /// Natural modes: frequencies, damping, shapes, energies and sensitivities, with the Campbell diagram and the state-space form that the
+    /// study requests. Reduced machines are of the command alone.
     ///
     /// ```
     /// # use geardyn::prelude::*;

@@ -4,8 +4,11 @@ use std::ops::Index;
 
 use crate::base::error::Diagnostic;
 use crate::machine::components;
-use crate::numeric::Complex;
-use crate::numeric::sorting::sort_falling;
+use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
+use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
+use crate::modes::state_space::StateSpace;
+use crate::numeric::sorting::sort_descending;
+use crate::numeric::{Complex, to_rows};
 use crate::plan::modes_run::ModesResult;
 
 /// The natural modes of a machine by rising frequency.
@@ -15,6 +18,10 @@ pub struct Modes {
     pub dofs: Vec<String>,
     /// The modes.
     pub modes: Vec<Mode>,
+    /// Campbell diagram, if the study requests one.
+    pub campbell: Option<Campbell>,
+    /// State-space form, if the study requests one.
+    pub state_space: Option<StateSpaceMatrices>,
     /// Warnings about the machine and the solution.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -38,6 +45,70 @@ pub struct Mode {
     pub kinetic_energy: Vec<(String, f64)>,
     /// Shares of the strain energy by element, the largest first; empty for a rigid-body mode.
     pub strain_energy: Vec<(String, f64)>,
+    /// Sensitivities of the frequency, the largest first; empty for rigid-body and complex modes.
+    pub sensitivities: Vec<ModalSensitivity>,
+}
+
+/// Sensitivity of a natural frequency to the stiffness or the inertia of an element.
+#[derive(Debug, Clone)]
+pub struct ModalSensitivity {
+    /// Name of the element.
+    pub element: String,
+    /// Parameter that is varied.
+    pub parameter: SensitivityParameter,
+    /// `(x/ω) ∂ω/∂x`: per cent of the frequency per per cent of the parameter.
+    pub relative: f64,
+}
+
+/// Natural frequencies over the speed of a node, and where excitation orders cross them.
+#[derive(Debug, Clone)]
+pub struct Campbell {
+    /// Name of the node whose speed is the abscissa.
+    pub reference: String,
+    /// Speeds of the node, rpm.
+    pub speeds_rpm: Vec<f64>,
+    /// Modes tracked over the speeds.
+    pub branches: Vec<CampbellBranch>,
+    /// Crossings by rising speed.
+    pub crossings: Vec<CampbellCrossing>,
+}
+
+/// Crossing of an excitation order with a branch of a Campbell diagram.
+#[derive(Debug, Clone)]
+pub struct CampbellCrossing {
+    /// Speed of the reference node, rpm.
+    pub speed_rpm: f64,
+    /// Natural frequency at this speed, Hz.
+    pub frequency_hz: f64,
+    /// Order per revolution of the reference node.
+    pub order: f64,
+    /// Names of the elements that excite the order.
+    pub sources: Vec<String>,
+    /// Index into [`Campbell::branches`].
+    pub branch: usize,
+    /// Participation of the mode in the order, 0 to 1.
+    pub participation: f64,
+}
+
+/// Matrices of `ẋ = A x + B u`, `y = C x + D u`, or of the sampled form `x⁺ = A x + B u`, row by row.
+#[derive(Debug, Clone)]
+pub struct StateSpaceMatrices {
+    /// A, states × states.
+    pub a: Vec<Vec<f64>>,
+    /// B, states × inputs.
+    pub b: Vec<Vec<f64>>,
+    /// C, outputs × states.
+    pub c: Vec<Vec<f64>>,
+    /// D, outputs × inputs.
+    pub d: Vec<Vec<f64>>,
+    /// Names of the states, rad or m, then their rates `node.axis.speed`, rad/s or m/s.
+    pub states: Vec<String>,
+    /// Names of the inputs: N·m or N along a degree of freedom.
+    pub inputs: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Sample time, s; `None` for the continuous form.
+    pub sample_time_s: Option<f64>,
 }
 
 impl Modes {
@@ -47,11 +118,23 @@ impl Modes {
                 .iter()
                 .map(|(element, share)| (machine.elements[*element].name.clone(), *share))
                 .collect();
-            sort_falling(&mut shares, |a| a.1.abs());
+            sort_descending(&mut shares, |a| a.1.abs());
             shares
         };
-        let with_energies = result.modes.into_iter().zip(&result.energies);
-        let modes = with_energies.map(|(mode, energies)| Mode {
+        let sensitivity = |s: &FrequencySensitivity| ModalSensitivity {
+            element: machine.elements[s.element].name.clone(),
+            parameter: s.parameter,
+            relative: s.relative,
+        };
+        let sensitivities_of = |mode: usize| {
+            let all = result.sensitivities.as_ref();
+            all.map_or(Vec::new(), |all| {
+                all[mode].iter().map(sensitivity).collect()
+            })
+        };
+        let with_energies = result.modes.into_iter().zip(&result.energies).enumerate();
+        let modes = with_energies.map(|(index, (mode, energies))| Mode {
+            sensitivities: sensitivities_of(index),
             frequency_hz: mode.frequency_hz(),
             damping_ratio: mode.damping_ratio,
             eigenvalue: mode.eigenvalue,
@@ -64,6 +147,8 @@ impl Modes {
         Modes {
             dofs: machine.dof_names(),
             modes: modes.collect(),
+            campbell: result.campbell.map(Campbell::new),
+            state_space: (result.state_space).map(|(system, _)| StateSpaceMatrices::new(system)),
             diagnostics: result.diagnostics,
         }
     }
@@ -87,6 +172,43 @@ impl Modes {
     pub fn component(&self, mode: usize, dof: &str) -> Option<Complex> {
         let at = self.dofs.iter().position(|name| name == dof)?;
         self.modes.get(mode).map(|mode| mode.shape[at])
+    }
+}
+
+impl Campbell {
+    fn new(diagram: CampbellDiagram) -> Campbell {
+        let crossing = |c: &OrderCrossing| {
+            let order = &diagram.orders[c.order];
+            CampbellCrossing {
+                speed_rpm: c.speed_rpm,
+                frequency_hz: c.frequency_hz,
+                order: order.value,
+                sources: order.sources.iter().map(|s| s.element.clone()).collect(),
+                branch: c.branch,
+                participation: c.participation,
+            }
+        };
+        Campbell {
+            crossings: diagram.crossings.iter().map(crossing).collect(),
+            reference: diagram.reference,
+            speeds_rpm: diagram.speeds_rpm,
+            branches: diagram.branches,
+        }
+    }
+}
+
+impl StateSpaceMatrices {
+    fn new(system: StateSpace) -> StateSpaceMatrices {
+        StateSpaceMatrices {
+            a: to_rows(&system.a),
+            b: to_rows(&system.b),
+            c: to_rows(&system.c),
+            d: to_rows(&system.d),
+            states: system.states,
+            inputs: system.inputs,
+            outputs: system.outputs,
+            sample_time_s: system.sample_time,
+        }
     }
 }
 

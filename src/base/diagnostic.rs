@@ -17,22 +17,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "time-guessed",
         Warning,
-        "The column of time stamps, or their unit, is not certain: a column without a name rises evenly, or one named as a time without a unit counts 0, 1, 2, … Say which it is: --time COLUMN or --time none, --time-unit ms, or in the sidecar.",
+        "The column of time stamps, or their unit, is uncertain: a column without a name increases evenly, or one named as a time without a unit counts 0, 1, 2, … State it: --time COLUMN or --time none, --time-unit ms, or in the sidecar.",
     ),
     (
         "time-rounded",
         Warning,
-        "The time stamps are too coarse to judge single steps. The samples are taken as evenly spaced, which the record as a whole bears out.",
+        "The time stamps are too coarse to judge single intervals. The samples are treated as evenly spaced, which the record as a whole confirms.",
     ),
     (
         "time-jitter",
         Warning,
-        "The time stamps lie unevenly and the samples were resampled. Above the stated band the values rest on the interpolation.",
+        "The time stamps are uneven, and the samples were resampled. Above the stated band the values depend on the interpolation.",
     ),
     (
         "frequency-guessed",
         Warning,
-        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times only, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or state which is the time: --time.",
+        "The columns have no names. The first increases in equal steps, and the inverse transforms of the others are causal, as those of frequency responses are and those of signals are not: they are read as real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or state the time column: --time.",
     ),
     (
         "decimal-comma",
@@ -42,27 +42,27 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "names-misfit",
         Warning,
-        "The line of names has another number of words than the rows have cells, so no name can be given to a column. Columns are numbered; mend the line, or state --delimiter and --decimal.",
+        "The number of names in the header line differs from the number of cells in the rows, so no column can be named. Columns are numbered; correct the line, or state --delimiter and --decimal.",
     ),
     (
         "rate-disagrees",
         Warning,
-        "Another sample rate of the log differs by more than 0.1 % from the one taken: a stated --rate from the time stamps or the header, a line of the header from the stamps, or a bare `rate`, which of a rotating machine may be the speed of a shaft, from the rate of samples. State the right one: --rate.",
+        "A second sample rate of the log differs by more than 0.1 % from the one used: a stated --rate from the time stamps or the header, a line of the header from the stamps, or a bare `rate`, which of a rotating machine may be the speed of a shaft, from the rate of samples. State the right one: --rate.",
     ),
     (
         "header-rate-mark",
         Warning,
-        "The header states a sample rate whose only mark precedes three digits and is not the decimal mark of the file's numbers. It is taken for the mark of thousands; the rate would be a thousandth of it otherwise. State it: --rate.",
+        "The header states a sample rate whose only mark precedes three digits and is not the decimal mark of the file's numbers. It is read as the thousands separator; the rate would be a thousandth of it otherwise. State it: --rate.",
     ),
     (
         "header-rate-unread",
         Warning,
-        "The header states a sample rate that cannot be read with certainty: an unknown unit, a tail, a number below zero. The time stamps give the rate, and nothing was compared with it.",
+        "The header states an ambiguous sample rate: an unknown unit, trailing text, a negative number. The time stamps give the rate, and nothing was compared with it.",
     ),
     (
         "date-order",
         Warning,
-        "Every date of the log can be read with the day first or with the month first. What passed since the first sample is the same either way; the date of the beginning is not known. Say which comes first: --day-first or --month-first, or `dates` in the sidecar.",
+        "Every date of the log can be read with the day first or with the month first. The time since the first sample is the same either way; the date of the first sample is not known. State the order: --day-first or --month-first, or `dates` in the sidecar.",
     ),
     (
         "clipped",
@@ -87,7 +87,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "stuck",
         Warning,
-        "A channel holds one value for a long time although it moves before or after: its sensor, cable or recorder failed. `identify` leaves that time out where another channel shows that the structure moved.",
+        "A channel is constant for a long time although it varies before or after: its sensor, cable or recorder failed. `identify` omits that time if another channel shows that the structure moved.",
     ),
     (
         "taken-as-spectrum",
@@ -102,27 +102,27 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "functions-left-out",
         Warning,
-        "Functions of the file are of a kind that is not read, or lie over other lines than the rest.",
+        "Functions of the file are of a kind that is not read, or have other spectral lines than the rest.",
     ),
     (
         "values-missing",
         Warning,
-        "A data set holds fewer values than its header states.",
+        "A data set has fewer values than its header states.",
     ),
     (
         "local-axes",
         Warning,
-        "Nodes of the UFF file lie or move in coordinate systems of their own, which are not read. Shapes of these nodes point along the wrong axes.",
+        "Nodes of the UFF file use local coordinate systems, which are not read. Shapes at these nodes point in the wrong directions.",
     ),
     (
         "channel-unplaced",
         Warning,
-        "The geometry of the test places some of the response channels and not these, which do not move in the shapes on points. State `point` and `direction` of their [[channel]].",
+        "The geometry of the test locates some of the response channels but not these, which are at rest in the shapes on points. State `point` and `direction` of their [[channel]].",
     ),
     (
         "another-clock",
         Warning,
-        "The file holds channels of several clocks: other rates, lengths or beginnings. Channels of one clock are analysed together; the others are reached by their names.",
+        "The file has channels with several time bases: different rates, lengths or start times. Channels of one time base are analysed together; select the others by name.",
     ),
     (
         "name-twice",
@@ -132,23 +132,23 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "coherence-above-one",
         Warning,
-        "A coherence of the file is larger than one, which no coherence is. Its values are kept as they are.",
+        "A coherence of the file exceeds one, its maximum. Its values are not changed.",
     ),
     (
         "coherence-left-out",
         Warning,
-        "A coherence of the file belongs to no response of it.",
+        "A coherence of the file has no matching response.",
     ),
     // What was done to a log.
     (
         "row-incomplete",
         Repair,
-        "The last row of the log breaks off: it has too few cells, its last cell is the beginning of a number, or storage after it was never written, as where a logger is switched off. The row was left out. A row that breaks off anywhere else is an error.",
+        "The last row of the log is incomplete: it has too few cells, its last cell is the beginning of a number, or storage after it was never written, as when a logger is switched off. The row was left out. An incomplete row anywhere else is an error.",
     ),
     (
         "header-repeated",
         Repair,
-        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; only time stamps give the time that passed there.",
+        "Lines of the header are repeated between the rows, as when a logger is restarted or files are joined. They were skipped and the rows joined; only time stamps give the time between them.",
     ),
     (
         "sidecar",
@@ -158,67 +158,67 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "files-joined",
         Repair,
-        "The files are records of one test. Each lies in segments of its own, no average reaches from one to the next, and each hit counts once.",
+        "The files are records of one test. Each has its own segments, no average extends over two files, and each hit counts once.",
     ),
     (
         "gap-split",
         Repair,
-        "Samples are missing. The record falls into segments there, and no average reaches across. --fill-gaps bridges them instead.",
+        "Samples are missing. The record is split into segments there, and no average extends across. --fill-gaps interpolates them instead.",
     ),
     (
         "triggered",
         Repair,
-        "What lies before the level of --trigger was left out, but for what --pre-trigger keeps. The level is compared with the size of the numbers as the log has them.",
+        "Samples before the level of --trigger were left out, except those kept by --pre-trigger. The level is compared with absolute values in the log's unit.",
     ),
     (
         "gap-filled",
         Repair,
-        "Straight lines were laid over missing samples, as requested.",
+        "Missing samples were interpolated linearly, as requested.",
     ),
     (
         "resampled",
         Repair,
-        "Samples at uneven times were brought to even steps by band-limited interpolation.",
+        "Samples at uneven times were resampled by band-limited interpolation.",
     ),
     (
         "cells-missing",
         Repair,
-        "Cells hold no number. Segments end there, in every channel.",
+        "Cells have no number. Segments end there, in every channel.",
     ),
     (
         "thousands-joined",
         Repair,
-        "Numbers were written with separators of thousands, which were taken out.",
+        "Numbers have thousands separators, which were removed.",
     ),
     (
         "column-left-out",
         Repair,
-        "A column is no channel: a counter, or one that holds words or nothing.",
+        "A column is not a channel: a counter, text or empty.",
     ),
     (
         "channel-empty",
         Repair,
-        "A channel holds no number and was left out.",
+        "A channel has no numbers and was left out.",
     ),
     (
         "footer-skipped",
         Repair,
-        "Lines after the rows of numbers were passed over.",
+        "Lines after the rows of numbers were skipped.",
     ),
     (
         "rows-of-another-dialect",
         Repair,
-        "Rows of numbers with another delimiter or decimal mark precede the rows that were read, and were passed over: two exports in one file. Bring them into one form.",
+        "Rows of numbers with another delimiter or decimal mark precede the rows that were read, and were skipped: two exports in one file. Save them in one format.",
     ),
     (
         "lines-skipped",
         Repair,
-        "Lines outside of the data were passed over.",
+        "Lines outside of the data were skipped.",
     ),
     (
         "sets-skipped",
         Repair,
-        "Data sets of other kinds than UFF 58 were passed over.",
+        "Data sets of other kinds than UFF 58 were skipped.",
     ),
     (
         "segments-joined",
@@ -229,7 +229,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-line",
         Warning,
-        "Nothing rises above the floor. The strongest line is shown although noise could make it.",
+        "No line exceeds the noise floor. The strongest line is shown, although it may be noise.",
     ),
     (
         "no-band",
@@ -239,59 +239,59 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "longest-segment",
         Warning,
-        "Gaps split the record, and the method needs one piece: the longest is analysed.",
+        "Gaps split the record, and the method needs one segment: the longest is analysed.",
     ),
     (
         "tacho-pulses",
         Warning,
-        "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
+        "Pulses of the tacho are missing, doubled or uneven, or their number per revolution appears to differ from --pulses.",
     ),
     // Encoder records.
     (
         "mesh-above-band",
         Warning,
-        "A mesh order lies above the highest order that the rows resolve, and was not evaluated. Read the encoders more often, or turn more slowly.",
+        "A mesh order lies above the highest order that the rows resolve, and was not evaluated. Sample the encoders faster, or turn more slowly.",
     ),
     (
         "counts-repaired",
         Warning,
-        "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
+        "An encoder lost counts or counted too many; the resulting step was removed, because --repair was given.",
     ),
     (
         "index-pulses",
         Warning,
-        "Some index pulses of an encoder are missing or come before a whole turn has passed. Those are ignored. A pulse narrower than a row is missed by the rows; noise on the line makes others.",
+        "Some index pulses of an encoder are missing or occur before a full revolution. The early ones are ignored. A pulse narrower than a sampling interval may be missed; noise on the line adds pulses.",
     ),
     (
         "step-without-counts",
         Warning,
-        "The transmission error steps and stays where it is, and the index pulses show that both encoders counted correctly: a seat, a coupling or an encoder moved. The step is left in the record.",
+        "The transmission error has a permanent step, and the index pulses show that both encoders counted correctly: a seat, a coupling or an encoder moved. The step is left in the record.",
     ),
     (
         "direction-too-short",
         Warning,
-        "In one direction the record turns less than a whole turn of every shaft, in addition to the play: that direction is not evaluated, and the angles that both directions passed serve for the play alone.",
+        "In one direction the record covers less than a full revolution of every shaft plus the play: that direction is not evaluated, and angles passed in both directions are used for the play only.",
     ),
     (
         "input-uneven",
         Warning,
-        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and responds to the meshes. Its motion is in the record; its share in the output is removed through the model.",
+        "The input of an encoder record does not turn uniformly at the orders of declared errors: its driver is free and responds to the meshes. Its motion is in the record; its share in the output is removed through the model.",
     ),
     // Identification.
     (
         "poles-differ",
         Warning,
-        "The files of a roving test do not share their poles: a mode is seen in one file alone, where all others show it at another frequency, or a file places it elsewhere by more than its noise explains. The structure was not the same: the mass of the sensor, the mounting or the temperature changed. One set of modes does not describe such files; repeat the named one, or leave it out.",
+        "The files of a roving test do not share their poles: a mode occurs in one file only, where all others have it at another frequency, or its frequency in one file differs by more than the noise explains. The structure was not the same: the mass of the sensor, the mounting or the temperature changed. One set of modes does not describe such files; repeat the named one, or leave it out.",
     ),
     (
         "no-decay",
         Warning,
-        "Some files of the test ring down after a release and others do not: their motion is driven, and a fit of free decays takes it for a decay. Leave those files out.",
+        "Some files of the test are free decays after a release and others are not: their motion is forced, and the fit would treat it as a decay. Leave those files out.",
     ),
     (
         "one-segment",
         Warning,
-        "Gaps split the record, and the method needs one piece: the longest is used.",
+        "Gaps split the record, and the method needs one segment: the longest is used.",
     ),
     (
         "one-average",
@@ -301,22 +301,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "few-averages",
         Warning,
-        "The variance is known to a factor of two at best, and the intervals with it; of fewer than three and a half averages no interval is stated.",
+        "Variance and intervals are known to a factor of two at best; with fewer than three and a half averages no interval is given.",
     ),
     (
         "coherent-inputs",
         Warning,
-        "The inputs cannot be separated: one follows the other.",
+        "The inputs cannot be separated: they are linearly dependent.",
     ),
     (
         "closed-loop",
         Warning,
-        "The input has peaks at the modes: the motion feeds the force, and the responses are those of the loop.",
+        "The input has peaks at the modes: the motion feeds back to the force, and the responses are those of the closed loop.",
     ),
     (
         "aliasing",
         Warning,
-        "A channel has as much power near half the sample rate as below: it was sampled without a filter, and what lies above is folded down. Of a hammer: the spectrum of its force does not fall by 30 dB up to half the rate, so that it drives resonances above, which appear below unless a filter removed them. The residues of such a resonance differ from hit to hit, and three hits or more tell it from a mode; where the pulse lasts one sample all modes are listed as weak.",
+        "A channel has as much power near half the sample rate as below: it was sampled without an anti-alias filter, and higher frequencies are aliased. For a hammer: the spectrum of its force does not fall by 30 dB up to half the rate, so that it excites resonances above, which are aliased unless a filter removed them. The residues of such a resonance differ from hit to hit, and three hits or more distinguish it from a mode; where the pulse lasts one sample all modes are listed as weak.",
     ),
     (
         "transmissibility",
@@ -326,22 +326,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "inverse-response",
         Warning,
-        "Force over motion: its poles are the frequencies at which the force moves nothing there, zeros of the structure's response, not its modes. Swap --input and --output.",
+        "Force over motion: its poles are the frequencies at which the force causes no motion there, antiresonances of the structure, not its modes. Swap --input and --output.",
     ),
     (
         "low-coherence",
         Warning,
-        "The response at a mode is mainly noise, or comes from another source than the input.",
+        "The response at a mode is mainly noise, or is caused by another source than the input.",
     ),
     (
         "leakage",
         Warning,
-        "A resonance is narrower than three lines of averaged blocks, or than one and a half windows of local parabolas over several blocks, so the block it was measured in broadens it. Take longer blocks, --resolution, or a longer record.",
+        "A resonance is narrower than three lines of averaged blocks, or than one and a half windows of local parabolas over several blocks, so the block length broadens it. Take longer blocks, --resolution, or a longer record.",
     ),
     (
         "coarse-lines",
         Warning,
-        "Fewer than four lines of a stepped sine, or of a file of responses, lie within the half-power width of a mode. Its pole rests on the form of the fit between lines: leakage of whoever estimated the responses, a second mode, or a value that is off would not be seen, and intervals hold none of these.",
+        "Fewer than four lines of a stepped sine, or of a file of responses, lie within the half-power width of a mode. Its pole depends on the form of the fit between lines: leakage in the estimate of the responses, a second mode, or a wrong value would not be detected, and the intervals include none of these.",
     ),
     (
         "unsettled",
@@ -356,7 +356,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "order-limit",
         Warning,
-        "The criterion still falls at the highest order that was tried: the search ended, not the evidence. State a higher --order, or narrow the band.",
+        "The criterion still decreases at the highest order tried: the order is limited by the search, not by the data. State a higher --order, or narrow the band.",
     ),
     (
         "departs",
@@ -366,22 +366,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "residual-delay",
         Warning,
-        "The phases of a response's residues fall in proportion to frequency, from mode to mode: one channel is late, by an anti-alias filter that the other does not have or by its converter. The message gives the delay with its 95 % interval (negative: the input is late) and its phase at the top of the band. It turns the mode shapes; --delay common or --delay each takes it off.",
+        "The phases of a response's residues fall in proportion to frequency, from mode to mode: one channel is late, by an anti-alias filter that the other does not have or by its converter. The message gives the delay with its 95 % interval (negative: the input is late) and its phase at the top of the band. It rotates the mode shapes in phase; --delay common or --delay each removes it.",
     ),
     (
         "few-hits",
         Warning,
-        "Fewer than three hits were used. The intervals of one hit include the noise and the departure from the model, but not the scatter between hits, which on real structures is often larger. Where two hits differ by more than their noise, frequency and damping are their means, and the interval is 12.7 standard errors (Student's t with one degree of freedom): wide, but it holds the mean over all possible hits. Three hits give a usable interval, five a good one.",
+        "Fewer than three hits were used. The intervals of one hit include the noise and the departure from the model, but not the scatter between hits, which on real structures is often larger. Where two hits differ by more than their noise, frequency and damping are their means, and the interval is 12.7 standard errors (Student's t with one degree of freedom): wide, but it contains the mean over all possible hits. Three hits give a usable interval, five a good one.",
     ),
     (
         "driving-point",
         Warning,
-        "A modal mass is no positive number: force and motion at the driving point do not belong together, or one of them is turned round.",
+        "A modal mass is not a positive number: force and motion at the driving point do not match, or the sign of one is reversed.",
     ),
     (
         "uncalibrated",
         Warning,
-        "Units that are not those of force and motion give no modal masses.",
+        "Modal masses need units of force and motion.",
     ),
     (
         "misfit",
@@ -396,22 +396,18 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "pole-limit",
         Warning,
-        "The search ended at the most pole pairs allowed, or at as many operations as some seconds are for. The largest modes are found first; narrow the band for the others: --band.",
+        "The search ended at the limit of pole pairs or of operations (a few seconds). The largest modes are found first; narrow the band for the others: --band.",
     ),
-    (
-        "no-mode",
-        Warning,
-        "Nothing rises above the noise as a mode.",
-    ),
+    ("no-mode", Warning, "No mode exceeds the noise."),
     (
         "harmonic",
         Warning,
-        "A mode lies on an order of the speed, or is distributed like a sine: it is the machine's running, not its structure. Repeat at another speed.",
+        "A mode lies on an order of the speed, or has the amplitude distribution of a sine: it is excitation by the running machine, not a mode. Repeat at another speed.",
     ),
     (
         "mode-on-order",
         Warning,
-        "A mode lies on an order of the running speed. The sine there was removed before the identification, and the remaining peak is much wider than a spectral line, as a mode excited by noise is. The order may still have excited it: repeat at another speed, where a mode stays.",
+        "A mode lies on an order of the running speed. The sine there was removed before the identification, and the remaining peak is much wider than a spectral line, like that of a mode excited by noise. The order may still have excited it: repeat at another speed, where a mode stays.",
     ),
     (
         "few-block-rows",
@@ -426,48 +422,48 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "evenly-spaced",
         Warning,
-        "Five or more sines are evenly spaced, as harmonics of a shaft and sidebands of a mesh are, and the modes of a structure hardly ever. Narrow poles in their series are listed with them and not as modes. State the speed, or repeat at another one.",
+        "Five or more sines are evenly spaced, like harmonics of a shaft and sidebands of a mesh, and rarely modes of a structure. Narrow poles in their series are listed with them and not as modes. State the speed, or repeat at another one.",
     ),
     (
         "many-modes",
         Warning,
-        "So many modes lie within three octaves that the highest order of the models may not hold all of them. Compare with the peaks of --method fdd.",
+        "The highest model order may be too low for the number of modes within three octaves. Compare with the peaks of --method fdd.",
     ),
     (
         "close-pair",
         Warning,
-        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Or one mode is found where the two largest singular values of the spectra both peak, as under two modes nearer to each other than they are wide. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Or one mode is found where the two largest singular values of the spectra both peak, as for two modes closer than their half-power width. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
     ),
     (
         "peak-without-mode",
         Warning,
-        "The spectra show a peak that is no sine, and no mode explains it: a mode whose poles were not certain enough, or one beyond the frequencies in which modes are sought. The poles that were rejected are listed with their reasons.",
+        "The spectra have a peak that is neither a sine nor explained by a mode: a mode whose poles were not certain enough, or one beyond the frequencies in which modes are sought. The poles that were rejected are listed with their reasons.",
     ),
     (
         "residuals",
         Warning,
-        "The residuals of the difference equation are not white, or follow the input: something is not modelled, and the intervals are too narrow.",
+        "The residuals of the difference equation are not white, or follow the input: the model is incomplete, and the intervals are too narrow.",
     ),
     (
         "coefficients-lose-digits",
         Warning,
-        "Polynomials of high degree lose digits that poles and residues keep.",
+        "Polynomials of high degree lose digits; poles and residues do not.",
     ),
     (
         "poor-fit",
         Warning,
-        "The fit misses a response by half its size or more: modes and intervals rest on what it does not describe.",
+        "The fit misses a response by half its size or more: the modes and intervals are unreliable.",
     ),
     // Machines.
     (
         "no-load",
         Warning,
-        "Contacts with play carry on the flank to which the mean torques press them, and no torque is stated. They are taken as closed on the drive flank.",
+        "The mean torques determine the loaded flank of contacts with play, and no torque is stated. The contacts are taken as closed on the drive flank.",
     ),
     (
         "loads-accelerate",
         Warning,
-        "The mean torques do not balance, so the train speeds up under them.",
+        "The mean torques do not balance, so they accelerate the gear train.",
     ),
     (
         "implausible",
@@ -477,7 +473,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "speeds-misfit",
         Warning,
-        "The mean speeds stated in [speed] contradict the ratios of the machine or leave a part open. Natural frequencies at rest do not need them; motion in time, waves of stiffness and gyroscopic terms do, and refuse them.",
+        "The mean speeds stated in [speed] contradict the ratios of the machine or leave a speed undetermined. Natural frequencies at rest do not need them; motion in time, waves of stiffness and gyroscopic terms do, and are refused.",
     ),
     (
         "beyond-load-table",
@@ -487,17 +483,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "step-for-exact",
         Warning,
-        "A step was stated, and the method that is exact for the machine takes none, so a method with step error was used. Omit the step, or let `geardyn accuracy` show how large the error is.",
+        "A step was stated, but the exact method for this machine has no step, so a method with step error was used. Omit the step, or measure the error by `geardyn accuracy`.",
     ),
     (
         "long-step",
         Warning,
-        "The fixed step is long compared with the shortest period of the machine with closed contacts, or of what acts on it. Beyond the stability limit of an explicit method such an oscillation grows without bound. Implicit methods stay bounded but lower its frequency or damp it, which is harmless if it is not excited. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
+        "The fixed step is long compared with the shortest period of the machine with closed contacts, or of an excitation. Beyond the stability limit of an explicit method such an oscillation grows without bound. Implicit methods stay bounded but lower its frequency or damp it, which is harmless if it is not excited. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
     ),
     (
         "coarse-samples",
         Warning,
-        "The sampling interval is long compared with a period of what acts on the machine (a load, an error or a stiffness wave), or with the oscillation of an output, judged by its slope. Extremes, means and step responses are those of the samples; values between them are missed, and an interval of whole periods samples one phase only. Request more --samples, with --no-history where only extremes are wanted.",
+        "The sampling interval is long compared with a period of an excitation (a load, an error or a stiffness wave), or with the oscillation of an output, judged by its slope. Extremes, means and step responses are those of the samples; values between them are missed, and an interval of whole periods samples one phase only. Request more --samples, with --no-history where only extremes are wanted.",
     ),
     (
         "handed-over",
@@ -507,12 +503,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "not-predictable",
         Warning,
-        "The motion amplifies every change of its start, as impacts after a loss of contact do, until two runs whose starts differ by a billionth of the deflections have nothing in common. Beyond the instant given, the history, its extremes and its end value are those of one run among many (an output that keeps four digits to the end is shown); another method, tolerance or processor gives others. Digits that do not hold are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
+        "The motion amplifies every change of its initial state, typically by impacts after a loss of contact, until two runs whose initial states differ by a billionth of the deflections are uncorrelated. Beyond the instant given, the history, its extremes and its end value are those of one run among many (an output that keeps four digits to the end is shown); another method, tolerance or processor gives others. Uncertain digits are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
     ),
     (
         "not-compared",
         Warning,
-        "A second run from a perturbed initial state gives the sensitivity and the digits that hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
+        "A second run from a perturbed initial state gives the sensitivity and the significant digits. It failed, or took far longer than the first, so that extremes may be shown with uncertain digits. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
     ),
     (
         "unstable",
@@ -522,17 +518,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "speed-terms",
         Warning,
-        "The result omits terms of the machine: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
+        "The result omits terms of the machine: gyroscopic, Coriolis and centripetal ones without --speed, or circulatory or negative damping without --damped. Their size is that of the shift of a frequency they may cause.",
     ),
     (
         "contact-loss",
         Warning,
-        "The linear responses of a run-up give a mesh a larger oscillating force than the mean loads: its teeth would part there, which the responses do not follow. State the backlash and simulate, or follow the speeds by --harmonic-balance.",
+        "The linear responses of a run-up give a mesh a larger oscillating force than the mean load: its teeth would separate, which linear responses cannot describe. State the backlash and simulate, or follow the speeds by --harmonic-balance.",
     ),
     (
         "undamped",
         Warning,
-        "The machine has no damping, so that its response at a natural frequency is infinite and no peak has a height.",
+        "The machine has no damping, so that its response at a natural frequency is infinite.",
     ),
     (
         "curve-lost",
@@ -542,17 +538,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "doubling",
         Warning,
-        "A motion of two periods begins at a period doubling. Such motions are followed where every switch can be located; simulate in time just beyond the doubling to see one elsewhere.",
+        "A motion of two periods begins at a period doubling. Such motions are followed where every switch can be located; elsewhere simulate in time just beyond the doubling.",
     ),
     (
         "orders-limited",
         Warning,
-        "The harmonic balance would need more orders than its limit; the message gives the size of the omitted ones.",
+        "The harmonic balance needs more orders than its limit; the message gives the size of the omitted ones.",
     ),
     (
         "gyroscopic",
         Warning,
-        "Gyroscopic terms are kept as they are at one speed while the excitation passes through a range of speeds.",
+        "Gyroscopic terms are those of one speed, while the excitation covers a range of speeds.",
     ),
     (
         "contact-open",
@@ -562,12 +558,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "track-coarse",
         Warning,
-        "Some windows of an order track held too few samples, or the shaft turned less than one window. Ask for more --samples.",
+        "Some windows of an order track held too few samples, or the shaft turned less than one window. Request more --samples.",
     ),
     (
         "te-latest",
         Warning,
-        "A transmission error found while a motion runs is that of its last million samples: no more are kept.",
+        "A transmission error computed during a motion is that of its last million samples (limit).",
     ),
     (
         "rayleigh-brakes",
@@ -577,7 +573,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "linearised",
         Warning,
-        "A coupling or a mesh with a characteristic is taken by its tangent where the mean loads put it; motion in time takes the whole curve.",
+        "A coupling or a mesh with a characteristic is linearised at the mean loads; motion in time uses the whole curve.",
     ),
     (
         "idle-damping",
@@ -587,7 +583,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "unsupported",
         Warning,
-        "A body moves sideways without a support, which is a rigid-body mode.",
+        "A body has lateral degrees of freedom without a support: a rigid-body mode.",
     ),
     (
         "assembly",
@@ -597,12 +593,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "worm-efficiency",
         Warning,
-        "What efficiency the lead, the pressure angle and the friction of a worm pair give.",
+        "Efficiency of a worm pair from its lead, pressure angle and friction.",
     ),
     (
         "loop-misfit",
         Warning,
-        "Errors of joints that close a loop do not fit each other: with rigid joints the loop could not turn. The elastic joints share them out, and the table is theirs.",
+        "Errors of joints that close a loop do not fit each other: with rigid joints the loop could not turn. The elastic joints deform to accommodate them, and the table is computed with these.",
     ),
     (
         "still",
@@ -612,7 +608,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "belt",
         Warning,
-        "Orders of what lies across a friction belt from the output are as good as its diameters, and wander with its slip.",
+        "Orders of elements separated from the output by a friction belt are only as accurate as its diameters, and drift with its slip.",
     ),
     (
         "not-counted",
@@ -628,7 +624,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "outside-standard",
         Warning,
-        "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+        "The gear lies outside the range of sizes for which the standard states its formulas, so it has no limit for the value. The formulas are not extrapolated.",
     ),
     (
         "readings-small",
@@ -638,7 +634,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "limit-uncertain",
         Warning,
-        "The value lies nearer to its limit than the 95 % interval of its uncertainty: whether the gear keeps the limit is not certain either way.",
+        "The value lies nearer to its limit than the 95 % interval of its uncertainty: conformity is uncertain.",
     ),
     // Gears.
     (
@@ -659,12 +655,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-slot",
         Warning,
-        "The slot that a blank design leaves between two teeth has no width at its root, so that no blade cuts it. The message gives the width, its least along the face, and the place.",
+        "The slot that a blank design leaves between two teeth has no width at its root, so that no blade can cut it. The message gives the minimum width along the face and its place.",
     ),
     (
         "no-contact",
         Warning,
-        "The flanks of a bevel pair do not touch near the middle of their teeth, or at some angles no pair of teeth touches: no transmission error follows there.",
+        "The flanks of a bevel pair do not touch near the middle of their teeth, or at some angles no pair of teeth touches: the transmission error is undefined there.",
     ),
     (
         "no-reference",
@@ -674,17 +670,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "overlap",
         Warning,
-        "The teeth of a bevel pair overlap away from the path of contact, as towards a corner where twist lets the ease-off fall below zero. Unloaded transmission error and pattern are those of the path alone; the loaded contact (`--torque`) covers the whole flank.",
+        "The teeth of a bevel pair overlap away from the path of contact, as towards a corner where twist makes the ease-off negative. Unloaded transmission error and pattern are those of the path alone; the loaded contact (`--torque`) covers the whole flank.",
     ),
     (
         "contact-ratio",
         Warning,
-        "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted evenly.",
+        "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted uniformly.",
     ),
     (
         "rigid-teeth",
         Warning,
-        "The loaded contact of a bevel pair has half spaces alone: the flanks or the thickness that the bending of the teeth needs are not described. The pair is too stiff.",
+        "The loaded contact of a bevel pair is computed with half spaces only: the flanks or the thickness that the bending of the teeth needs are not described. The pair is too stiff.",
     ),
     (
         "edge-contact",
@@ -709,7 +705,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "not-converged",
         Warning,
-        "The settings of a correction did not settle. Check member, flank and the sign of the deviations, or free fewer settings.",
+        "The settings of a correction did not converge. Check member, flank and the sign of the deviations, or free fewer settings.",
     ),
     (
         "large-change",
@@ -724,22 +720,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-better",
         Warning,
-        "On the steps of its dials the next cut would leave deviations no smaller than the measured ones: leave the settings, take finer steps, or free other settings.",
+        "With the dial steps of the machine the deviations of the next cut are no smaller than the measured ones: keep the settings, use finer steps, or free other settings.",
     ),
     (
         "other-flank",
         Warning,
-        "One flank is measured, and the machine cuts the other one at the same settings: it moves with the correction, by how much the grid does not tell. Measure both flanks.",
+        "One flank is measured, and the machine cuts the other one at the same settings: the correction changes it by an amount that the grid does not determine. Measure both flanks.",
     ),
     (
         "slot-depth",
         Warning,
-        "The settings of the next cut make the slot deeper or shallower by more than a hundredth of the depth of the tooth, so that root, clearance and the height at which the blade ends change. A wanted ease-off holds the depth of the present settings to about a tenth as strictly as the flank.",
+        "The settings of the next cut make the slot deeper or shallower by more than a hundredth of the depth of the tooth, so that root, clearance and the height at which the blade ends change. With a target ease-off the depth of the present settings is constrained with about a tenth of the weight of the flank.",
     ),
     (
         "outlier",
         Warning,
-        "A measured deviation departs from the median of those around it by more than twelve times what is usual in the grid, and by more than 5 µm: dirt, or a wrong digit. It pulls the settings. Measure the node again, or leave it out.",
+        "A measured deviation departs from the median of those around it by more than twelve times the typical departure in the grid, and by more than 5 µm: dirt, or a wrong digit. It distorts the settings. Measure the node again, or omit it.",
     ),
     (
         "narrow-grid",
@@ -749,7 +745,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "nodes-off-flank",
         Warning,
-        "Nodes of a measured grid where the blade leaves no flank are left out. Measure above the fillet and within the blank.",
+        "Nodes of a measured grid outside the flank are left out. Measure above the fillet and within the blank.",
     ),
     (
         "pointed",
@@ -784,7 +780,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "contact-ends",
         Warning,
-        "A part of a profile or flank has no contact: its normals do not meet the pitch curve, the cutter does not reach it, or the contact leaves the face.",
+        "A part of a profile or flank has no contact: its normals do not meet the pitch curve, the cutter does not reach it, or the contact extends beyond the face.",
     ),
     (
         "double-contact",

@@ -5,10 +5,10 @@ use std::fmt;
 use super::code::Code;
 use super::source_span::SourceSpan;
 
-/// One thing that is wrong with the input, or one computation that failed.
+/// An error in the input or a failed computation, with its place and remedy.
 #[derive(Debug, Clone)]
 pub struct Error {
-    /// The word `geardyn explain` takes.
+    /// Error code, an argument of `geardyn explain`.
     pub code: Code,
     /// Statement of the error, with the values and their units; one sentence, no full stop.
     pub message: String,
@@ -18,19 +18,19 @@ pub struct Error {
     pub label: Option<String>,
     /// Remedy, in the imperative.
     pub hint: Option<String>,
-    /// Key of the input that holds the value, `rack.dedendum` or `gear.teeth`: where no place is known, the reader of the file finds it.
+    /// Key of the input that holds the value, such as `rack.dedendum` or `gear.teeth`; without a span, the file reader locates the key.
     pub key: Option<Box<str>>,
 }
 
 impl Error {
-    /// Sorts by file and place, those without a place last.
+    /// Sort key: errors without a span last, then file and byte offset.
     fn sort_key(&self) -> (bool, Option<&str>, usize) {
         let span = self.span.as_ref();
-        let path = span.map(|p| p.source().path.as_str());
-        (span.is_none(), path, span.map_or(0, |p| p.span().start))
+        let path = span.map(|s| s.source().path.as_str());
+        (span.is_none(), path, span.map_or(0, |s| s.span().start))
     }
 
-    /// An error without a place.
+    /// Creates an error without span, label, hint and key.
     pub fn new(code: Code, message: impl Into<String>) -> Error {
         Error {
             code,
@@ -42,14 +42,14 @@ impl Error {
         }
     }
 
-    /// The same error, of the value of a key; one that names a key keeps it.
-    pub fn about(mut self, key: &str) -> Error {
+    /// Sets the key of the input, unless one is set.
+    pub fn with_key(mut self, key: &str) -> Error {
         self.key.get_or_insert_with(|| key.into());
         self
     }
 
-    /// The same error, of the part `part` of the input: its key becomes `part.key`, and the message names the part.
-    pub fn in_part(mut self, part: &str) -> Error {
+    /// Prefixes the key with `part.` and the message with `part: `; without a key, `part` becomes the key.
+    pub fn with_part(mut self, part: &str) -> Error {
         self.key = Some(match self.key {
             Some(key) => format!("{part}.{key}").into(),
             None => part.into(),
@@ -58,26 +58,26 @@ impl Error {
         self
     }
 
-    /// The same error, pointing at `span`.
+    /// Sets the place in the user's file.
     pub fn with_span(mut self, span: &SourceSpan) -> Error {
         self.span = Some(span.clone());
         self
     }
 
-    /// The same error, assigned to a file where it has no place in one.
+    /// Sets the span to the whole file at `path`, unless a span is set.
     pub fn with_file(mut self, path: &str) -> Error {
         self.span
             .get_or_insert_with(|| SourceSpan::whole_file(path));
         self
     }
 
-    /// The same error with a word next to the caret.
+    /// Sets the text next to the caret.
     pub fn with_label(mut self, label: impl Into<String>) -> Error {
         self.label = Some(label.into());
         self
     }
 
-    /// The same error with advice.
+    /// Sets the remedy.
     pub fn with_hint(mut self, hint: impl Into<String>) -> Error {
         self.hint = Some(hint.into());
         self
@@ -104,12 +104,12 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Every error of one file, sorted by place; never empty.
+/// The errors of one file, sorted by place; never empty.
 #[derive(Debug, Clone)]
 pub struct Errors(Vec<Error>);
 
 impl Errors {
-    /// `Ok(value)` where nothing is wrong, else all that is, sorted by place.
+    /// Returns `Ok(value())` if `errors` is empty, else the errors sorted by place.
     pub fn into_result<T>(mut errors: Vec<Error>, value: impl FnOnce() -> T) -> Result<T, Errors> {
         if errors.is_empty() {
             return Ok(value());
@@ -118,12 +118,12 @@ impl Errors {
         Err(Errors(errors))
     }
 
-    /// The same errors, assigned to a file where they have no place in one.
+    /// Sets the span of every error without one to the whole file at `path`.
     pub fn with_file(self, path: &str) -> Errors {
         Errors(self.0.into_iter().map(|e| e.with_file(path)).collect())
     }
 
-    /// The errors, the first in the file first.
+    /// Errors in the order of their places.
     pub fn as_slice(&self) -> &[Error] {
         &self.0
     }
@@ -137,8 +137,8 @@ impl From<Error> for Errors {
 
 impl fmt::Display for Errors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (at, error) in self.0.iter().enumerate() {
-            write!(f, "{}{error}", if at == 0 { "" } else { "\n" })?;
+        for (index, error) in self.0.iter().enumerate() {
+            write!(f, "{}{error}", if index == 0 { "" } else { "\n" })?;
         }
         Ok(())
     }
@@ -149,10 +149,10 @@ impl std::error::Error for Errors {}
 /// Diagnostic of a result: the result remains valid, and the warning is reported with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// A word, as with errors.
+    /// Diagnostic code, an argument of `geardyn explain`.
     pub code: &'static str,
     /// Statement of the warning.
     pub message: String,
-    /// Remedy that would settle the warning.
+    /// Remedy, in the imperative.
     pub hint: Option<String>,
 }

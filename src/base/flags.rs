@@ -1,4 +1,4 @@
-//! Flags of a command line as a TOML table: `--band 10:5` is `band = "10:5"`, whose place is in the flags as they were typed.
+//! Command-line flags as a TOML table: `--band 10:5` becomes `band = "10:5"`, with source spans in the flags as typed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,22 +10,22 @@ use super::source_span::{SourceFile, SourceSpan};
 use super::table_reader::TableReader;
 use super::toml::{Document, Entry, Item, Table, Value};
 
-/// One flag as it was typed.
+/// A command-line flag as typed.
 #[derive(Debug, Clone)]
 pub struct Flag {
     /// Name with its dashes, such as `--harmonic-balance`.
     pub name: String,
-    /// The key it sets.
+    /// TOML key that the flag sets.
     pub key: String,
     /// Values as typed.
     pub values: Vec<String>,
-    /// The key takes a list.
+    /// True if the key takes a list.
     pub is_list: bool,
-    /// The value was not typed: the name of a switch implies it.
+    /// True for a switch, whose name implies its value.
     pub is_switch: bool,
 }
 
-/// Flags that lie over a table of a file.
+/// Flags as a table that overrides a table of a file.
 #[derive(Debug, Clone)]
 pub struct Flags {
     source: Arc<SourceFile>,
@@ -39,41 +39,41 @@ impl Default for Flags {
 }
 
 impl Flags {
-    /// The table of `flags`.
+    /// Builds the table of `flags`.
     pub fn new(flags: &[Flag]) -> Flags {
         let mut text = String::new();
-        let places: Vec<(Range<usize>, Vec<Range<usize>>)> =
+        let ranges: Vec<(Range<usize>, Vec<Range<usize>>)> =
             flags.iter().map(|flag| write(&mut text, flag)).collect();
         let source = load::source_from_text("command line".to_string(), &text);
-        let place = |range: &Range<usize>| SourceSpan::new(source.clone(), range.clone());
-        let entry = |(flag, (name, ranges)): (&Flag, &(Range<usize>, Vec<Range<usize>>))| {
-            let texts = flag.values.iter().zip(ranges);
+        let span = |range: &Range<usize>| SourceSpan::new(source.clone(), range.clone());
+        let entry = |(flag, (name, values)): (&Flag, &(Range<usize>, Vec<Range<usize>>))| {
+            let texts = flag.values.iter().zip(values);
             let mut items = texts.map(|(text, range)| Item {
                 value: Value::String(text.clone()),
-                span: place(range),
+                span: span(range),
             });
-            let whole = name.start..ranges.last().map_or(name.end, |last| last.end);
+            let full_range = name.start..values.last().map_or(name.end, |last| last.end);
             let item = match flag.is_list {
                 true => None,
                 false => items.next(),
             };
             Entry {
                 key: flag.key.clone(),
-                key_place: place(name),
+                key_place: span(name),
                 item: item.unwrap_or_else(|| Item {
                     value: Value::List(items.collect()),
-                    span: place(&whole),
+                    span: span(&full_range),
                 }),
             }
         };
-        let entries = flags.iter().zip(&places).map(entry).collect();
+        let entries = flags.iter().zip(&ranges).map(entry).collect();
         Flags {
             table: Table { entries },
             source,
         }
     }
 
-    /// No flag is given.
+    /// True if no flag is given.
     pub fn is_empty(&self) -> bool {
         self.table.entries.is_empty()
     }
@@ -86,20 +86,20 @@ impl Flags {
             .map(|entry| format!("--{}", entry.key.replace('_', "-")))
     }
 
-    /// The flags but that of `key`.
+    /// Copy without the flag of `key`.
     pub fn without(&self, key: &str) -> Flags {
         self.without_all(&[key])
     }
 
-    /// The flags but those of `keys`.
+    /// Copy without the flags of `keys`.
     pub fn without_all(&self, keys: &[&str]) -> Flags {
-        let mut others = self.clone();
-        let is_other = |entry: &Entry| !keys.contains(&entry.key.as_str());
-        others.table.entries.retain(is_other);
-        others
+        let mut remaining = self.clone();
+        let is_unlisted = |entry: &Entry| !keys.contains(&entry.key.as_str());
+        remaining.table.entries.retain(is_unlisted);
+        remaining
     }
 
-    /// The text given for `key`, where it is one.
+    /// Text of the flag of `key`; `None` if the flag is absent or a list.
     pub fn text(&self, key: &str) -> Option<&str> {
         match &self.table.get(key)?.item.value {
             Value::String(text) => Some(text),
@@ -107,11 +107,11 @@ impl Flags {
         }
     }
 
-    /// Reads the flags laid over `base`, a table of files that were checked when they were read, of which `bare_si` state bare numbers in
-    /// SI. `title` names what is read.
+    /// Reads the flags merged over `base`, a table that was validated with its file.
     ///
+    /// `bare_si` lists the files whose numbers without unit are SI; `title` names the table in messages.
     /// # Errors
-    /// Everything wrong in the flags, and between them and `base`.
+    /// Invalid flags, and flags that contradict `base`.
     pub fn read<T>(
         &self,
         title: &str,
@@ -120,7 +120,7 @@ impl Flags {
         read: impl FnOnce(&mut TableReader) -> T,
     ) -> Result<T, Errors> {
         let empty = Table::default();
-        let table = self.over(base.map_or(&empty, |(table, _)| table));
+        let table = self.merged_with(base.map_or(&empty, |(table, _)| table));
         let span = match base {
             Some((_, span)) if self.is_empty() => span.clone(),
             _ => SourceSpan::new(self.source.clone(), 0..0),
@@ -136,7 +136,7 @@ impl Flags {
         Errors::into_result(errors.errors, || value)
     }
 
-    /// Reads the flags laid over the table `key` of a document; `unflagged`, the value read before, where no flag is given.
+    /// Reads the flags merged over the table `key` of a document; returns `unflagged`, the value read from the file, if no flag is given.
     ///
     /// # Errors
     /// As for [`Flags::read`].
@@ -154,43 +154,43 @@ impl Flags {
         }
     }
 
-    /// The flags, then the keys that only `base` has. An equal value stays that of the file.
-    fn over(&self, base: &Table) -> Table {
+    /// Merges the flags with the keys that only `base` has; a value equal to that of the file keeps the span in the file.
+    fn merged_with(&self, base: &Table) -> Table {
         let text = |entry: &Entry| match &entry.item.value {
             Value::String(text) => Some(text.clone()),
             _ => None,
         };
-        let is_new = |flag: &&Entry| {
-            let listed = base.get(&flag.key).and_then(text);
-            listed.is_none() || listed != text(flag)
+        let is_set = |flag: &&Entry| {
+            let file_text = base.get(&flag.key).and_then(text);
+            file_text.is_none() || file_text != text(flag)
         };
-        let mut entries: Vec<Entry> = self.table.entries.iter().filter(is_new).cloned().collect();
-        let is_free = |entry: &&Entry| entries.iter().all(|flag| flag.key != entry.key);
-        let rest: Vec<Entry> = base.entries.iter().filter(is_free).cloned().collect();
-        entries.extend(rest);
+        let mut entries: Vec<Entry> = self.table.entries.iter().filter(is_set).cloned().collect();
+        let is_unset = |entry: &&Entry| entries.iter().all(|flag| flag.key != entry.key);
+        let inherited: Vec<Entry> = base.entries.iter().filter(is_unset).cloned().collect();
+        entries.extend(inherited);
         Table { entries }
     }
 }
 
-/// Appends a flag to the text; the places of its name and its values.
+/// Appends a flag to the text and returns the byte ranges of its name and its values.
 fn write(text: &mut String, flag: &Flag) -> (Range<usize>, Vec<Range<usize>>) {
-    let mut put = |between: &str, word: &str| {
+    let mut append = |separator: &str, part: &str| {
         if !text.is_empty() {
-            *text += between;
+            *text += separator;
         }
         let start = text.len();
-        *text += word;
+        *text += part;
         start..text.len()
     };
-    let name = put(" ", &flag.name);
+    let name = append(" ", &flag.name);
     if flag.is_switch {
         return (name.clone(), vec![name]);
     }
-    let mut between = " ";
+    let mut separator = " ";
     let values = flag
         .values
         .iter()
-        .map(|value| put(std::mem::replace(&mut between, ","), value));
+        .map(|value| append(std::mem::replace(&mut separator, ","), value));
     (name, values.collect())
 }
 
@@ -224,7 +224,7 @@ mod tests {
         )
     }
 
-    /// A flag takes the place of its key, under its former name too, and of a key that it excludes; the rest is the file's.
+    /// A flag replaces its key, its key's former name and a key that it excludes; the file supplies the other values.
     #[test]
     fn exact_flags_over_a_file() {
         let text = "step = \"1 ms\"\noutputs = [\"a\"]\nsamples = 7\nunread = 1\n";
@@ -238,11 +238,11 @@ mod tests {
         let (step, tolerance, output, samples) = flags.read("a", base, &[], read).unwrap();
         assert_eq!((step, tolerance, samples), (None, Some(1e-6), Some(7)));
         assert_eq!(output, ["b", "c"]);
-        let alone = Flags::default().read("a", base, &[], read).unwrap();
-        assert_eq!(alone, (Some(1e-3), None, vec!["a".to_string()], Some(7)));
+        let merged = Flags::default().read("a", base, &[], read).unwrap();
+        assert_eq!(merged, (Some(1e-3), None, vec!["a".to_string()], Some(7)));
     }
 
-    /// An error points to the value as it was typed; a bare number has the unit of the command line.
+    /// An error points to the value as typed; a number without unit has the default unit of the command line.
     #[test]
     fn refuses_at_the_flag() {
         let flags = Flags::new(&[
@@ -256,13 +256,16 @@ mod tests {
         let span = error.span.as_ref().unwrap();
         assert_eq!(span.source().text, "--step 2 --samples 1e3");
         assert_eq!((span.text(), span.column()), ("1e3", 20));
-        let both = Flags::new(&[
+        let exclusive = Flags::new(&[
             flag("step", &["2"], false),
             flag("tolerance", &["1"], false),
         ]);
-        assert!(both.read("a", None, &[], read).is_err());
-        let idle = Flags::new(&[flag("nothing", &["1"], false)]);
-        let said = idle.read("a", None, &[], read).unwrap_err().to_string();
-        assert!(said.contains("--nothing does nothing here"), "{said}");
+        assert!(exclusive.read("a", None, &[], read).is_err());
+        let unknown = Flags::new(&[flag("nothing", &["1"], false)]);
+        let message = unknown.read("a", None, &[], read).unwrap_err().to_string();
+        assert!(
+            message.contains("--nothing has no effect here"),
+            "{message}"
+        );
     }
 }

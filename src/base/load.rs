@@ -19,7 +19,7 @@ pub fn load(path: &Path) -> Result<Arc<SourceFile>, Error> {
         Error::new(code, message).with_span(&span).with_hint(hint)
     };
     let missing = |e: std::io::Error| {
-        let hint = "paths are taken from the folder the command is run in";
+        let hint = "paths are relative to the working folder";
         refuse(
             Code::FileMissing,
             format!("{name} cannot be read: {e}"),
@@ -43,7 +43,7 @@ pub fn load(path: &Path) -> Result<Arc<SourceFile>, Error> {
     if facts.len() > MAX_FILE_BYTES {
         let mega = facts.len() >> 20;
         let message = format!("{name} has {mega} MB; model files are limited to 64 MB");
-        let hint = "a log is read by `geardyn identify` and `geardyn spectrum`";
+        let hint = "read logs by `geardyn identify` or `geardyn spectrum`";
         return Err(refuse(Code::FileTooLarge, message, hint));
     }
     let bytes = fs::read(path).map_err(missing)?;

@@ -262,7 +262,7 @@ fn number<'a>(text: &'a str, subject: &str) -> Result<(NumberText<'a>, &'a str),
             unit,
         )),
         Ok(_) => refuse(
-            "is beyond the largest number there is, 1.8e308",
+            "exceeds the largest double-precision number, 1.8e308",
             "finite numbers only",
         ),
         Err(_) => refuse("does not start with a number", FORM),
@@ -320,7 +320,7 @@ fn in_unit(value: f64, unit: &str, kind: QuantityKind, subject: &str) -> Result<
             suggest_unit(&unknown, kind).map_or(String::new(), |u| format!("did you mean {u}? "));
         Error::new(
             Code::WrongUnit,
-            format!("\"{}\" is not a unit known here", truncate(&unknown)),
+            format!("\"{}\" is not a known unit", truncate(&unknown)),
         )
         .with_hint(format!("{suggested}{takes}{notation}"))
     })?;

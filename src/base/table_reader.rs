@@ -164,7 +164,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.replace(second, &[first]);
         let both = self.has(first) && self.has(second);
         if both {
-            let hint = format!("leave one of `{first}` and `{second}` out");
+            let hint = format!("omit `{first}` or `{second}`");
             self.report_key(
                 Code::Conflict,
                 second,
@@ -178,7 +178,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
     /// Reports a `key` without the required `other`.
     pub fn requires(&mut self, key: &str, other: &str) {
         if self.has(key) && !self.has(other) {
-            let hint = format!("give `{other}` too, or leave `{key}` out");
+            let hint = format!("give `{other}` too, or omit `{key}`");
             self.report_key(
                 Code::MissingKey,
                 key,
@@ -259,7 +259,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         if value != 0.0 && value.abs() < MIN_MAGNITUDE && range != ValueRange::Any {
             let written = quantity::truncate(item.span.text());
             let message = format!(
-                "`{key}` is below {MIN_MAGNITUDE:e} in SI units, where products are lost as zero, and is {written}"
+                "`{key}` is below {MIN_MAGNITUDE:e} in SI units, where products underflow to zero, and is {written}"
             );
             let hint = "check its unit; for none write 0 or omit it";
             self.report(Code::OutOfRange, message, &item.span, hint);
@@ -448,7 +448,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         if self.errors.flags.is_some() {
             // The keys of the file were checked when the file was read.
             if self.errors.is_flag(&entry.key_place) {
-                let message = format!("{} does nothing here", entry.key_place.text());
+                let message = format!("{} has no effect here", entry.key_place.text());
                 let hint = takes(self);
                 self.report(Code::Usage, message, &entry.key_place, &hint);
             }

@@ -56,7 +56,7 @@ impl BudgetForecast {
     /// Forecast total and allowed time, as text.
     pub fn text(&self) -> String {
         format!(
-            "at this pace the whole would take {}, and {} are allowed",
+            "the estimated total is {} (limit {})",
             format_duration(self.total),
             format_duration(self.allowed)
         )

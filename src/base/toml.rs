@@ -1,4 +1,4 @@
-//! TOML parsed to a tree in which every key and value has its source span.
+//! TOML documents parsed to a tree in which every key and value has its source span.
 //!
 //! The only file that names the `toml` crate.
 
@@ -12,31 +12,31 @@ use super::error::Error;
 use super::nesting::{MAX_DEPTH, find_excess_depth};
 use super::source_span::{SourceFile, SourceSpan};
 
-/// One value of a file.
+/// A value with its source span.
 #[derive(Debug, Clone)]
 pub struct Item {
-    /// Value.
+    /// Contents.
     pub value: Value,
-    /// Place in the file.
+    /// Source span of the value.
     pub span: SourceSpan,
 }
 
-/// Contents of a value.
+/// A TOML value by type.
 #[derive(Debug, Clone)]
 pub enum Value {
-    /// Text in quotes.
+    /// String.
     String(String),
-    /// A whole number.
+    /// Integer within the range of `i64`.
     Integer(i64),
-    /// Any other number; infinite where it is beyond all numbers.
+    /// Any other number; infinite beyond the range of `i64` or `f64`.
     Float(f64),
-    /// `true` or `false`.
+    /// Boolean.
     Bool(bool),
-    /// A date or a time of day.
+    /// Date, time of day or both.
     Date,
-    /// A list.
+    /// Array.
     List(Vec<Item>),
-    /// A table.
+    /// Table.
     Table(Table),
 }
 
@@ -54,31 +54,31 @@ impl Value {
     }
 }
 
-/// Keys and values in the order they are written.
+/// Table of keys and values in source order.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
-    /// The entries.
+    /// Entries in source order.
     pub entries: Vec<Entry>,
 }
 
-/// One line of a table.
+/// Key of a table with its value.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// The key.
+    /// Key without quotes.
     pub key: String,
-    /// Place of the key.
+    /// Source span of the key.
     pub key_place: SourceSpan,
-    /// The value.
+    /// Value with its source span.
     pub item: Item,
 }
 
 impl Table {
-    /// The entry of `key`.
+    /// Entry of `key`; `None` where the key is absent.
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.key == key)
     }
 
-    /// The table under `key`, with its place.
+    /// Table under `key` with its source span; `None` where the key is absent or its value is of another type.
     pub fn table(&self, key: &str) -> Option<(&Table, &SourceSpan)> {
         let item = &self.get(key)?.item;
         match &item.value {
@@ -87,7 +87,7 @@ impl Table {
         }
     }
 
-    /// Place of the value under a path of keys, `pinion.rack.dedendum`.
+    /// Source span of the value at a dotted path of keys, such as `pinion.rack.dedendum`.
     pub fn place(&self, path: &str) -> Option<&SourceSpan> {
         match path.split_once('.') {
             None => Some(&self.get(path)?.item.span),
@@ -96,76 +96,76 @@ impl Table {
     }
 }
 
-/// A file as far as it could be read.
+/// A parsed document, complete up to the first syntax error.
 #[derive(Debug)]
 pub struct Document {
-    /// The text.
+    /// Source text.
     pub source: Arc<SourceFile>,
-    /// Contents, up to the line of the first syntax error.
+    /// Root table, up to the line before the first syntax error.
     pub root: Table,
-    /// The first syntax error.
+    /// First syntax error.
     pub syntax_error: Option<Error>,
 }
 
-/// The tree of a text. A syntax error ends it at the line before.
+/// Parses a source text; the tree ends at the line before the first syntax error.
 pub fn parse(source: &Arc<SourceFile>) -> Document {
     let mut end = source.text.len();
-    let mut broken = None;
-    if let Some(at) = find_excess_depth(&source.text) {
-        broken = Some(
+    let mut syntax_error = None;
+    if let Some(offset) = find_excess_depth(&source.text) {
+        syntax_error = Some(
             Error::new(
                 Code::Syntax,
                 format!("tables or lists are nested more than {MAX_DEPTH} deep"),
             )
-            .with_span(&SourceSpan::new(source.clone(), at..at + 1))
-            .with_hint("a model needs no more than a table and a list in it"),
+            .with_span(&SourceSpan::new(source.clone(), offset..offset + 1))
+            .with_hint("a table and a list in it are sufficient for a model"),
         );
-        end = line_start(&source.text, at);
+        end = line_start(&source.text, offset);
     }
-    // An error before the first one found, such as a double key, shows when the text up to it is read again.
+    // The parser may report a later error first; parsing the text before it again finds an earlier one, such as a duplicate key.
     for _ in 0..4 {
         match DeTable::parse(&source.text[..end]) {
             Ok(root) => {
                 return Document {
                     root: table(source, root.into_inner()),
                     source: source.clone(),
-                    syntax_error: broken,
+                    syntax_error,
                 };
             }
             Err(error) => {
-                let span = error.span().unwrap_or(end..end);
-                let place = SourceSpan::new(source.clone(), to_char_boundaries(&source.text, span));
-                end = line_start(&source.text, place.span().start.min(end));
-                broken = Some(syntax(error.message()).with_span(&place));
+                let range = error.span().unwrap_or(end..end);
+                let span = SourceSpan::new(source.clone(), to_char_boundaries(&source.text, range));
+                end = line_start(&source.text, span.span().start.min(end));
+                syntax_error = Some(syntax(error.message()).with_span(&span));
             }
         }
     }
     Document {
         source: source.clone(),
         root: Table::default(),
-        syntax_error: broken,
+        syntax_error,
     }
 }
 
-/// A span moved to where characters begin.
+/// Moves both ends of a span down to character boundaries.
 fn to_char_boundaries(text: &str, span: Range<usize>) -> Range<usize> {
-    let floor = |mut at: usize| {
-        at = at.min(text.len());
-        while !text.is_char_boundary(at) {
-            at -= 1;
+    let floor = |mut offset: usize| {
+        offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
         }
-        at
+        offset
     };
     floor(span.start)..floor(span.end)
 }
 
-fn line_start(text: &str, at: usize) -> usize {
-    text.get(..at)
-        .and_then(|before| before.rfind('\n'))
+fn line_start(text: &str, offset: usize) -> usize {
+    text.get(..offset)
+        .and_then(|head| head.rfind('\n'))
         .map_or(0, |newline| newline + 1)
 }
 
-/// Error of the parser, with a hint on its usual cause.
+/// Syntax error with the message of the parser and a hint on the usual cause.
 fn syntax(message: &str) -> Error {
     let hint = if message.contains("duplicate key") {
         "write each key once in a table; a second element starts with its own [[header]]"
@@ -181,14 +181,14 @@ fn syntax(message: &str) -> Error {
 }
 
 fn table(source: &Arc<SourceFile>, table: DeTable<'_>) -> Table {
-    let place = |span| SourceSpan::new(source.clone(), span);
+    let span_of = |range| SourceSpan::new(source.clone(), range);
     let mut entries: Vec<Entry> = table
         .into_iter()
         .map(|(key, value)| Entry {
-            key_place: place(key.span()),
+            key_place: span_of(key.span()),
             key: key.into_inner().into_owned(),
             item: Item {
-                span: place(value.span()),
+                span: span_of(value.span()),
                 value: self::value(source, value.into_inner()),
             },
         })
@@ -222,13 +222,13 @@ mod tests {
     use super::*;
     use crate::base::load::source_from_text;
 
-    fn parsed(text: &str) -> Document {
+    fn parse_text(text: &str) -> Document {
         parse(&source_from_text("m.toml".into(), text))
     }
 
     #[test]
     fn exact_places_of_keys_and_values() {
-        let document = parsed("\u{feff}title = \"a\"\n[[shaft]]\nk = \"µ\"\n");
+        let document = parse_text("\u{feff}title = \"a\"\n[[shaft]]\nk = \"µ\"\n");
         assert!(document.syntax_error.is_none());
         let shaft = document.root.get("shaft").unwrap();
         let Value::List(list) = &shaft.item.value else {
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn refuses_the_earliest_syntax_error_and_reads_up_to_it() {
-        let document = parsed("a = 1\nb = 2\nb = 3\nc = \nd = 4\n");
+        let document = parse_text("a = 1\nb = 2\nb = 3\nc = \nd = 4\n");
         let error = document.syntax_error.unwrap();
         assert_eq!(error.code, Code::Syntax);
         assert_eq!(error.span.unwrap().line(), 3);
@@ -267,26 +267,26 @@ mod tests {
             format!("a' {} = 1", ".a".repeat(deep)),
             format!("# \ra{} = 1", ".a".repeat(deep)),
         ] {
-            let error = parsed(&text).syntax_error.unwrap();
+            let error = parse_text(&text).syntax_error.unwrap();
             assert_eq!(error.code, Code::Syntax);
             assert!(error.message.len() < 300);
         }
         let dots = format!("a = \"{}\" # {}\n", ".[".repeat(100), "[.".repeat(100));
-        assert!(parsed(&dots).syntax_error.is_none());
+        assert!(parse_text(&dots).syntax_error.is_none());
         let long = format!(
             "a = '''\n{}''' \nb = \"\\\"{}\"",
             "[".repeat(100),
             "[".repeat(100)
         );
-        assert!(parsed(&long).syntax_error.is_none());
+        assert!(parse_text(&long).syntax_error.is_none());
     }
 
     #[test]
     fn survives_the_deepest_tree_let_through() {
         let dots = ".a".repeat(MAX_DEPTH);
         let text = format!("[a{dots}]\na{dots} = {{a=1}}");
-        parsed(&text);
+        parse_text(&text);
         let nested = format!("a{dots}={{").repeat(MAX_DEPTH) + "a=1" + &"}".repeat(MAX_DEPTH);
-        parsed(&format!("{nested}\n{nested}\n"));
+        parse_text(&format!("{nested}\n{nested}\n"));
     }
 }

@@ -110,7 +110,8 @@ pub fn report<'a>(
             responses::compare_responses(machine, &study.response, &mut monitor)?
         }
         AccuracyTarget::Motion => {
-            let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &study.motion)?;
+            let ready =
+                SimulationSetup::with_single_spring_meshes(machine, &scene.start, &study.motion)?;
             let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
             return Ok(Box::new(WorkPrecisionReport {
                 scene,

@@ -26,14 +26,14 @@ pub fn check(args: &PageArgs) -> Result<Option<&PathBuf>, Error> {
     let Some(path) = &args.html else {
         return Ok(None);
     };
-    files::ends(path, &["html"])?;
+    files::check_extension(path, &["html"])?;
     if args.open
         && matches!(
             Destination::from_path(path),
             Ok(Destination::Stream | Destination::Pipe)
         )
     {
-        let message = format!("{} is no file that a browser opens", path.display());
+        let message = format!("{} cannot be opened in a browser", path.display());
         return Err(Error::new(Code::Usage, message).with_hint("name a file, or omit --open"));
     }
     let folders = std::env::var_os("PATH").unwrap_or_default();
@@ -64,7 +64,7 @@ pub fn open(args: &PageArgs) -> Result<(), Error> {
 }
 
 fn no_opener(path: &Path, why: &str) -> Error {
-    let message = format!("no page can be opened by {}: {why}", OPENER.0);
+    let message = format!("{} cannot open the page: {why}", OPENER.0);
     let hint = format!("omit --open and open {} in a browser", path.display());
     Error::new(Code::Usage, message).with_hint(hint)
 }

@@ -1,4 +1,4 @@
-//! `geardyn check`: validates models, scenes, sidecars and measured gears.
+//! The command `geardyn check`: validates models, scenes, gear files, sidecars, logs and measured gears.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,22 +20,22 @@ use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
 use crate::scene::gear_kind::PairKind;
 
-/// Checks every file; 2 where one is wrong.
+/// Checks every file and returns the exit code: 0, or the highest of the errors.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
-    let (mut exit, mut documents) = (0, Vec::new());
+    let (mut exit_code, mut documents) = (0, Vec::new());
     for path in &args.files {
         match summarise(path, args) {
-            Ok(found) if args.json => documents.push(document(&found)?),
-            Ok(found) => {
-                output::print(&found.text())?;
-                output::print_note(&footer::notes(&found));
+            Ok(summary) if args.json => documents.push(document(&summary)?),
+            Ok(summary) => {
+                output::print(&summary.text())?;
+                output::print_note(&footer::notes(&summary));
             }
             Err(errors) => {
-                let worst = errors.as_slice().iter().map(|e| e.code.exit_code()).max();
-                exit = exit.max(worst.unwrap_or(2));
+                let highest = errors.as_slice().iter().map(|e| e.code.exit_code()).max();
+                exit_code = exit_code.max(highest.unwrap_or(2));
                 match args.json {
                     true => documents.push(with_file_name(path, &errors)),
                     false => {
@@ -54,20 +54,20 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
         };
         output::document(&document)?;
     }
-    Ok(exit)
+    Ok(exit_code)
 }
 
-/// The errors of a file, with its name.
+/// Errors of a file as JSON, with its path.
 fn with_file_name(path: &Path, errors: &Errors) -> Value {
     let mut document = render::json(errors);
     if let Value::Object(map) = &mut document {
-        let at = usize::from(map.contains_key("geardyn"));
-        map.shift_insert(at, "file".to_string(), json!(path));
+        let index = usize::from(map.contains_key("geardyn"));
+        map.shift_insert(index, "file".to_string(), json!(path));
     }
     document
 }
 
-/// Summarises a file as it is understood.
+/// Summarises a file by its type.
 fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     if path.extension().is_none_or(|e| e != "toml") {
         return check_log::check(path, &args.log, args.write);
@@ -88,7 +88,7 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     }
 }
 
-/// A sidecar is checked by reading it; the logs it lists must exist.
+/// Checks a sidecar by reading it; the listed logs must exist.
 fn summarise_sidecar(
     path: &Path,
     source: Arc<SourceFile>,
@@ -112,7 +112,7 @@ fn summarise_sidecar(
     })
 }
 
-/// Gears are checked without a load: they can be made and mesh.
+/// Checks the geometry of a gear pair, without load.
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let flags = Flags::default();
     let mut sources = vec![source.clone()];
@@ -120,31 +120,31 @@ fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, 
         PairKind::Cylindrical => {
             let mut file = scene::gear_file::read(&source, &flags)?;
             file.mesh.torques.clear();
-            let found = plan::gear::run::run(&file)?;
+            let result = plan::gear::run::run(&file)?;
             let teeth = file.members.map(|m| m.gear.teeth);
             (
                 file.title,
                 "cylindrical gears",
                 Some(teeth),
-                found.diagnostics,
+                result.diagnostics,
             )
         }
         PairKind::NonCircular => {
             let file = scene::non_circular_file::read(&source, &flags)?;
-            let found = plan::gear::non_circular::run(&file)?;
+            let result = plan::gear::non_circular::run(&file)?;
             sources = file.sources;
             (
                 file.title,
                 "non-circular gears",
                 file.teeth,
-                found.diagnostics,
+                result.diagnostics,
             )
         }
         PairKind::Bevel => {
             let file = scene::bevel_file::read(&source, &flags)?;
-            let found = plan::gear::bevel::run(&file)?;
+            let result = plan::gear::bevel::run(&file)?;
             let teeth = file.members.each_ref().map(|m| m.teeth);
-            (file.title, "bevel gears", Some(teeth), found.diagnostics)
+            (file.title, "bevel gears", Some(teeth), result.diagnostics)
         }
         kind @ (PairKind::Worm | PairKind::Crossed | PairKind::Helicoid) => {
             let sheet = plan::gear::space::run(kind, &source, &flags)?;
@@ -162,11 +162,11 @@ fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, 
     })
 }
 
-/// Readings of an unknown gear are checked by reversing them.
+/// Checks the measurements of an unknown gear by determining its candidates.
 fn summarise_readings(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let file = scene::gear_readings::read(&source)?;
-    let found = plan::gear::reversal::run(&file)?;
-    let (teeth, candidates) = (file.readings.teeth, found.reversal.candidates.len());
+    let result = plan::gear::reversal::run(&file)?;
+    let (teeth, candidates) = (file.readings.teeth, result.reversal.candidates.len());
     let (name, title) = (path.display(), render::sanitise(&file.title));
     Ok(FileSummary {
         text: format!(
@@ -175,16 +175,16 @@ fn summarise_readings(path: &Path, source: Arc<SourceFile>) -> Result<FileSummar
         ),
         body: json!({ "file": path, "title": file.title, "readings": true, "teeth": teeth, "candidates": candidates }),
         sources: vec![source],
-        warnings: found.diagnostics,
+        warnings: result.diagnostics,
         ..FileSummary::default()
     })
 }
 
-/// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.
+/// Checks a measured gear by evaluating its charts, without comparing the values with limits.
 fn summarise_measured_gear(path: &Path, source: &Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let gear = scene::measured_gear::read(source)?;
-    let found = plan::measure::run::run(&gear)?;
-    let (teeth, charts, values) = (gear.gear.teeth, gear.charts.len(), found.rows.len());
+    let evaluation = plan::measure::run::run(&gear)?;
+    let (teeth, charts, values) = (gear.gear.teeth, gear.charts.len(), evaluation.rows.len());
     let (name, title) = (path.display(), render::sanitise(&gear.title));
     Ok(FileSummary {
         text: format!(
@@ -192,13 +192,13 @@ fn summarise_measured_gear(path: &Path, source: &Arc<SourceFile>) -> Result<File
         ),
         body: json!({ "file": path, "title": gear.title, "measured_gear": true, "teeth": teeth,
             "charts": charts, "values": values }),
-        sources: found.sources,
-        warnings: found.diagnostics,
+        sources: evaluation.sources,
+        warnings: evaluation.diagnostics,
         ..FileSummary::default()
     })
 }
 
-/// A model or a scene is checked by preparing its machine and every study.
+/// Checks a model or a scene by preparing its machine and every study.
 fn summarise_scene(path: &Path) -> Result<FileSummary, Errors> {
     let scene = scene::read(path)?;
     let machine = PreparedMachine::new(&scene.model)?;

@@ -33,14 +33,14 @@ enum Content {
 /// # Errors
 /// Whatever is wrong with the log, the flags or the output.
 pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
-    files::ends(&args.to, FORMATS)?;
+    files::check_extension(&args.to, FORMATS)?;
     let format = args.to.extension().and_then(|e| e.to_str()).unwrap_or("");
     if args.binary && format != "uff" {
         return Err(Error::new(
             Code::Usage,
             format!("--binary applies to UFF, not to {format}"),
         )
-        .with_hint("leave it out, or end the name in .uff")
+        .with_hint("omit it, or end the name in .uff")
         .into());
     }
     let (options, sidecar) = args.log.options(&args.file)?;

@@ -1,4 +1,4 @@
-//! Destination of an output: a regular file that is replaced whole, or a device or pipe that is written through.
+//! Destination of an output: a regular file that is replaced as a whole, or a device or pipe that is written to directly.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -11,35 +11,35 @@ use crate::base::error::Error;
 /// Destination of the bytes of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Destination {
-    /// A regular file, or none yet, with all links resolved: replaced by a complete one.
+    /// A regular file, existing or new, with all links resolved: replaced by the complete output.
     File(PathBuf),
-    /// A device, a pipe, or an open file by its `/dev` or `/proc` name: written as it is.
+    /// A device, a pipe, or an open file by its `/dev` or `/proc` name: written to directly.
     Stream,
-    /// A named pipe: written through to the reader that waits at it.
+    /// A named pipe, written to directly; requires a waiting reader.
     Pipe,
 }
 
-/// Standard output takes a JSON document.
+/// True if standard output is reserved for a JSON document.
 static RESERVED: AtomicBool = AtomicBool::new(false);
 
-/// Keeps standard output for a JSON document: from here on no output file may lead there.
+/// Reserves standard output for a JSON document: later output files must not resolve to it.
 pub fn reserve_standard_output() {
     RESERVED.store(true, Ordering::Relaxed);
 }
 
 impl Destination {
-    /// The destination that a path names.
+    /// Determines the destination of a path.
     ///
     /// # Errors
-    /// The path is empty, `-`, a folder, a link that does not resolve or a read-only file, its folder is missing, or it is standard
-    /// output where that is reserved.
+    /// The path is empty, `-`, a folder, an unresolved link or a read-only file; its folder is missing; or it is standard output while
+    /// that is reserved.
     pub fn from_path(path: &Path) -> Result<Destination, Error> {
         let name = path.display();
         let usage =
             |message: String, hint: &str| Err(Error::new(Code::Usage, message).with_hint(hint));
         if path.as_os_str() == "-" {
             return usage(
-                "`-` names no file".into(),
+                "`-` is not a file name".into(),
                 "name a file; --json prints to standard output",
             );
         }
@@ -55,11 +55,11 @@ impl Destination {
                 "{name} cannot be written: there is no folder {}",
                 folder.display()
             );
-            return Err(Error::new(Code::OutputFailed, message).with_hint("make the folder first"));
+            return Err(Error::new(Code::OutputFailed, message).with_hint("create the folder"));
         }
         match path.metadata() {
             Ok(_) if RESERVED.load(Ordering::Relaxed) && is_standard_output(path) => usage(
-                format!("{name} is standard output, which takes the document of --json"),
+                format!("{name} is standard output, which --json uses"),
                 "name a file, or omit --json",
             ),
             Err(e) if path.is_symlink() => {
@@ -69,13 +69,13 @@ impl Destination {
                     target.display()
                 );
                 Err(Error::new(Code::OutputFailed, message)
-                    .with_hint("remove the link, or create the file it leads to"))
+                    .with_hint("remove the link, or create its target"))
             }
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(output_error(path, &e)),
             Ok(_) if is_open_file(path) => Ok(Destination::Stream),
             Ok(_) if is_named_pipe(path) => Ok(Destination::Pipe),
-            Ok(found) if !found.is_file() => Ok(Destination::Stream),
-            Ok(found) if found.permissions().readonly() => usage(
+            Ok(metadata) if !metadata.is_file() => Ok(Destination::Stream),
+            Ok(metadata) if metadata.permissions().readonly() => usage(
                 format!("{name} is read-only and would be replaced"),
                 "name another file, or make this one writable",
             ),
@@ -86,17 +86,17 @@ impl Destination {
     }
 }
 
-/// The folder a file is in.
+/// Folder of a file; `.` for a bare file name.
 pub fn folder(path: &Path) -> &Path {
     path.parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."))
 }
 
-/// The path without links, whether the file exists yet or not.
+/// Path with all links resolved; the file itself need not exist.
 ///
 /// # Errors
-/// Its folder does not exist.
+/// The folder does not exist.
 pub fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     let in_folder = || {
         Ok(folder(path)
@@ -106,16 +106,16 @@ pub fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     path.canonicalize().or_else(|_| in_folder())
 }
 
-/// An output that could not be written.
+/// Error of an output that could not be written.
 pub fn output_error(path: &Path, error: &io::Error) -> Error {
     let message = format!("{} could not be written: {error}", path.display());
-    Error::new(Code::OutputFailed, message).with_hint("name a file in a folder that can be written")
+    Error::new(Code::OutputFailed, message).with_hint("name a file in a writable folder")
 }
 
-/// Links followed at most, as in Linux (path_resolution(7)).
+/// Maximum number of links followed, as in Linux (path_resolution(7)).
 const MAX_LINKS: usize = 40;
 
-/// A name such as `/dev/stdout` or `/dev/fd/3`: a link of the system to a file that is open already.
+/// True for names such as `/dev/stdout` or `/dev/fd/3`, system links to an open file.
 fn is_open_file(path: &Path) -> bool {
     let mut path = path.to_path_buf();
     for _ in 0..MAX_LINKS {
@@ -130,19 +130,19 @@ fn is_open_file(path: &Path) -> bool {
     false
 }
 
-/// Standard output, be it a terminal, a pipe or a file; not the null device, which takes anything.
+/// True for standard output, whether terminal, pipe or file; false for the null device, which accepts any output.
 #[cfg(unix)]
 fn is_standard_output(path: &Path) -> bool {
     use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
-    let own = io::stdout().as_fd().try_clone_to_owned().map(File::from);
-    let (Ok(own), Ok(found)) = (own.and_then(|own| own.metadata()), path.metadata()) else {
+    let stdout = io::stdout().as_fd().try_clone_to_owned().map(File::from);
+    let (Ok(stdout), Ok(metadata)) = (stdout.and_then(|f| f.metadata()), path.metadata()) else {
         return false;
     };
     let null = path
         .canonicalize()
         .is_ok_and(|p| p == Path::new("/dev/null"));
-    !null && (found.dev(), found.ino()) == (own.dev(), own.ino())
+    !null && (metadata.dev(), metadata.ino()) == (stdout.dev(), stdout.ino())
 }
 
 #[cfg(not(unix))]
@@ -150,7 +150,7 @@ fn is_standard_output(_: &Path) -> bool {
     false
 }
 
-/// Opens a device, a pipe or an open file for writing behind what it holds. Standard output and standard error keep their position.
+/// Opens a device, a pipe or an open file for appending. Standard output and standard error keep their position.
 ///
 /// # Errors
 /// It cannot be opened.
@@ -158,15 +158,15 @@ fn is_standard_output(_: &Path) -> bool {
 pub fn open_stream(path: &Path) -> io::Result<File> {
     use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
-    let wanted = path.metadata()?;
-    for own in [
+    let target = path.metadata()?;
+    for stream in [
         io::stdout().as_fd().try_clone_to_owned(),
         io::stderr().as_fd().try_clone_to_owned(),
     ] {
-        let own = File::from(own?);
-        let found = own.metadata()?;
-        if (found.dev(), found.ino()) == (wanted.dev(), wanted.ino()) {
-            return Ok(own);
+        let stream = File::from(stream?);
+        let metadata = stream.metadata()?;
+        if (metadata.dev(), metadata.ino()) == (target.dev(), target.ino()) {
+            return Ok(stream);
         }
     }
     OpenOptions::new().append(true).open(path)
@@ -181,11 +181,11 @@ pub fn open_stream(path: &Path) -> io::Result<File> {
     OpenOptions::new().append(true).open(path)
 }
 
-/// Opens a named pipe for its reader. Opened without blocking, it fails (ENXIO) where no reader waits; the second opening, for writes
-/// that block, finds that reader.
+/// Opens a named pipe for writing. The first, non-blocking opening fails with ENXIO if no reader waits; the second opening is for
+/// blocking writes.
 ///
 /// # Errors
-/// No reader waits at the pipe, or it cannot be opened.
+/// No reader waits at the pipe, or the pipe cannot be opened.
 #[cfg(unix)]
 pub fn open_pipe(path: &Path) -> Result<File, Error> {
     use std::os::unix::fs::OpenOptionsExt;
@@ -203,7 +203,7 @@ pub fn open_pipe(path: &Path) -> Result<File, Error> {
                 .with_hint("start its reader first, or name a file"))
         }
         Err(e) => Err(output_error(path, &e)),
-        // Held until the second opening, so that the reader does not see the end of its input.
+        // The first opening lasts until the second, so that the reader does not receive an end of file.
         Ok(_first) => OpenOptions::new()
             .write(true)
             .open(path)
@@ -214,19 +214,19 @@ pub fn open_pipe(path: &Path) -> Result<File, Error> {
 /// Opens a named pipe.
 ///
 /// # Errors
-/// It cannot be opened.
+/// The pipe cannot be opened.
 #[cfg(not(unix))]
 pub fn open_pipe(path: &Path) -> Result<File, Error> {
     open_stream(path).map_err(|e| output_error(path, &e))
 }
 
-/// A pipe with a name of its own, not one that a shell has opened for its other end.
+/// True for a named pipe; false for a pipe that a shell has opened as a file descriptor.
 #[cfg(unix)]
 fn is_named_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     let is_pipe = path
         .metadata()
-        .is_ok_and(|found| found.file_type().is_fifo());
+        .is_ok_and(|metadata| metadata.file_type().is_fifo());
     is_pipe && !is_open_file(path)
 }
 

@@ -1,4 +1,4 @@
-//! The output files of a run: each is written under a temporary name; all are renamed once all are complete.
+//! Output files of a run: each is written under a temporary name; all are renamed when all are complete.
 
 use std::fs::{DirEntry, File};
 use std::io::{self, BufWriter, Write};
@@ -13,28 +13,28 @@ use super::interrupt;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// The output files of a run. Those not finished leave nothing behind.
+/// Output files of a run; files of a run that fails are removed.
 #[derive(Debug, Default)]
 pub struct OutputFiles {
-    /// Named pipes, open so that their readers wait for what is written.
+    /// Named pipes, opened at the start so that their readers wait for the data.
     pipes: Vec<(PathBuf, File)>,
     complete: Vec<(NamedTempFile, PathBuf)>,
     written: Vec<PathBuf>,
 }
 
 impl OutputFiles {
-    /// Checks the outputs before any work is done, and removes the temporary files of killed runs from their folders.
+    /// Checks the outputs before the computation, and removes the temporary files of killed runs from their folders.
     ///
     /// # Errors
-    /// An output is no [`Destination`], its folder cannot be written, or it would overwrite an input or another output.
+    /// An output is not a valid [`Destination`], its folder is not writable, or it would overwrite an input or another output.
     pub fn new(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<OutputFiles, Error> {
         let mut files = OutputFiles::default();
         let mut targets: Vec<PathBuf> = Vec::new();
         for path in outputs {
             let name = path.display();
             let destination = Destination::from_path(path)?;
-            let same = |input: &PathBuf| resolve_links(input).ok() == resolve_links(path).ok();
-            if inputs.iter().any(same) {
+            let is_output = |input: &PathBuf| resolve_links(input).ok() == resolve_links(path).ok();
+            if inputs.iter().any(is_output) {
                 let message = format!(
                     "{name} is read by this command and would be overwritten by its output"
                 );
@@ -49,55 +49,55 @@ impl OutputFiles {
                 Destination::Stream => continue,
             };
             if targets.contains(&target) {
-                let message = format!("two outputs go to {name}");
+                let message = format!("two outputs are written to {name}");
                 return Err(Error::new(Code::Usage, message).with_hint("name two files"));
             }
             remove_stale(folder(&target));
-            // A folder that takes no file is known before the work.
+            // A folder that is not writable is reported before the computation.
             temporary(folder(&target)).map_err(|e| output_error(path, &e))?;
             targets.push(target);
         }
         Ok(files)
     }
 
-    /// Writes a file that is replaced when the run [finishes](Files::finish); a device or pipe is written at once.
+    /// Writes a file that takes its name in [`OutputFiles::finish`]; a device or pipe is written immediately.
     ///
     /// # Errors
     /// The folder or the file cannot be written.
     pub fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
-        self.write_with(path, |to| {
-            to.write_all(bytes).map_err(|e| output_error(path, &e))
+        self.write_with(path, |writer| {
+            writer.write_all(bytes).map_err(|e| output_error(path, &e))
         })
     }
 
-    /// As [`OutputFiles::write`], with `fill` to write what is in it, so that it need not be in memory.
+    /// Writes as [`OutputFiles::write`], with the contents streamed by `fill` rather than held in memory.
     ///
     /// # Errors
-    /// The folder or the file cannot be written; those of `fill`.
+    /// The folder or the file cannot be written; errors of `fill`.
     pub fn write_with(
         &mut self,
         path: &Path,
         fill: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let wrong = |e: io::Error| output_error(path, &e);
+        let io_error = |e: io::Error| output_error(path, &e);
         match Destination::from_path(path)? {
             Destination::Stream | Destination::Pipe => {
-                let pipe = self.pipes.iter().position(|(named, _)| named == path);
-                let open = match pipe {
-                    Some(at) => self.pipes.swap_remove(at).1,
-                    None => open_stream(path).map_err(wrong)?,
+                let pipe = self.pipes.iter().position(|(name, _)| name == path);
+                let stream = match pipe {
+                    Some(index) => self.pipes.swap_remove(index).1,
+                    None => open_stream(path).map_err(io_error)?,
                 };
-                let mut to = BufWriter::new(open);
-                fill(&mut to)?;
-                to.flush().map_err(wrong)?;
+                let mut writer = BufWriter::new(stream);
+                fill(&mut writer)?;
+                writer.flush().map_err(io_error)?;
             }
             Destination::File(target) => {
-                let file = temporary(folder(&target)).map_err(wrong)?;
+                let file = temporary(folder(&target)).map_err(io_error)?;
                 interrupt::register(file.path());
-                let mut to = BufWriter::new(file);
-                fill(&mut to)?;
-                let file = to.into_inner().map_err(|e| wrong(e.into_error()))?;
-                settle(file.as_file(), &target).map_err(wrong)?;
+                let mut writer = BufWriter::new(file);
+                fill(&mut writer)?;
+                let file = writer.into_inner().map_err(|e| io_error(e.into_error()))?;
+                sync_file(file.as_file(), &target).map_err(io_error)?;
                 self.complete.push((file, target));
             }
         }
@@ -105,7 +105,7 @@ impl OutputFiles {
         Ok(())
     }
 
-    /// Gives every file its name, and says which were written.
+    /// Renames every file to its target and returns the paths written.
     ///
     /// # Errors
     /// A file cannot be renamed.
@@ -121,7 +121,7 @@ impl OutputFiles {
     }
 }
 
-/// Writes one file, and nothing else.
+/// Writes a single file.
 ///
 /// # Errors
 /// As for [`OutputFiles::new`] and [`OutputFiles::write`].
@@ -131,11 +131,11 @@ pub fn write_one(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     files.finish().map(drop)
 }
 
-/// Refuses a name that does not end in one of the known formats.
+/// Checks that the extension of a path is one of the known formats.
 ///
 /// # Errors
-/// Names the path.
-pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
+/// `Usage` for another extension.
+pub fn check_extension(path: &Path, known: &[&str]) -> Result<(), Error> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     if known.contains(&extension) {
         return Ok(());
@@ -144,7 +144,7 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     Err(Error::new(Code::Usage, message).with_hint(format!("end it in .{}", known.join(" or ."))))
 }
 
-/// The file of one of several figures: `FILE-word.svg`, without a word FILE itself.
+/// Path of one of several figures: `FILE-word.svg`, or FILE itself for an empty word.
 pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     if word.is_empty() {
         return path.to_path_buf();
@@ -154,12 +154,12 @@ pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Names of temporary files: prefix, [`TEMP_RANDOM`] letters and digits, suffix.
+/// Prefix of temporary file names, followed by [`TEMP_RANDOM`] letters and digits and the suffix.
 const TEMP_PREFIX: &str = ".geardyn-";
 const TEMP_RANDOM: usize = 12;
 const TEMP_SUFFIX: &str = ".partial";
 
-/// Whether a name is that of a temporary file of ours, and of no other file that begins so.
+/// Whether a name has the exact pattern of our temporary files.
 fn is_temporary_name(name: &str) -> bool {
     let random = name
         .strip_prefix(TEMP_PREFIX)
@@ -167,15 +167,15 @@ fn is_temporary_name(name: &str) -> bool {
     random.is_some_and(|r| r.len() == TEMP_RANDOM && r.chars().all(|c| c.is_ascii_alphanumeric()))
 }
 
-/// A temporary file that a run holds under a lock, which ends with the process however it ends. Another run may have taken it for
-/// stale before it was locked; then another one is made. File systems without locks keep it, and keep stale ones.
+/// Creates a temporary file under a lock, which the system releases when the process ends. If another run removed the file as stale
+/// before it was locked, a new one is created. On file systems without locks stale files are not removed.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder
         .prefix(TEMP_PREFIX)
         .rand_bytes(TEMP_RANDOM)
         .suffix(TEMP_SUFFIX);
-    // Temporary files are made for their owner alone; an answer has the rights of any new file.
+    // `tempfile` restricts its files to the owner; an output has the permissions of any new file.
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -189,18 +189,18 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     }
 }
 
-/// An error without the temporary name, which `tempfile` appends.
+/// Removes the temporary path that `tempfile` appends to an error.
 fn without_path(error: io::Error) -> io::Error {
     let text = error.to_string();
     let reason = text.split(" at path ").next().unwrap_or_default();
     io::Error::new(error.kind(), reason)
 }
 
-/// Removes temporary files that no run holds any more. What cannot be removed is left.
+/// Removes unlocked temporary files of earlier runs; failures are ignored.
 fn remove_stale(folder: &Path) {
     let is_temporary = |entry: &DirEntry| {
         is_temporary_name(&entry.file_name().to_string_lossy())
-            && entry.file_type().is_ok_and(|kind| kind.is_file())
+            && entry.file_type().is_ok_and(|file_type| file_type.is_file())
     };
     let entries = folder.read_dir().into_iter().flatten().flatten();
     for path in entries.filter(is_temporary).map(|entry| entry.path()) {
@@ -213,10 +213,10 @@ fn remove_stale(folder: &Path) {
     }
 }
 
-/// A complete file: it keeps the permissions of the one it replaces, and is on the disk.
-fn settle(file: &File, target: &Path) -> io::Result<()> {
-    if let Ok(old) = target.metadata() {
-        file.set_permissions(old.permissions())?;
+/// Completes a file: copies the permissions of the file that it replaces, and flushes it to the disk.
+fn sync_file(file: &File, target: &Path) -> io::Result<()> {
+    if let Ok(replaced) = target.metadata() {
+        file.set_permissions(replaced.permissions())?;
     }
     file.sync_all()
 }

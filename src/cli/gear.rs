@@ -16,7 +16,7 @@ use crate::plan::gear::{bevel, correction, cut, non_circular, reversal, run, spa
 use crate::report::bevel::{BevelReport, FIGURES};
 use crate::report::correction::CorrectionReport;
 use crate::report::flank_file::{self, FlankFormat};
-use crate::report::gear::GearAnswer;
+use crate::report::gear::GearReport;
 use crate::report::gear_cut::{self, CutReport};
 use crate::report::gear_plan::GearPlan;
 use crate::report::gear_reversal::ReversalReport;
@@ -53,9 +53,9 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
         PairKind::Cylindrical => {
             let file = gear_file::read(&source, flags)?;
             let outputs = GearOutputs::check(args, &CYLINDRICAL_FIGURES, &[path.to_path_buf()])?;
-            let result = progress::with_spinner("loading the teeth", quiet, || run::run(&file))?;
+            let result = progress::with_spinner("loaded contact", quiet, || run::run(&file))?;
             let file = &file;
-            let answer = GearAnswer { file, result };
+            let answer = GearReport { file, result };
             outputs.present(&answer, || answer.outlines())
         }
         PairKind::NonCircular => {
@@ -79,7 +79,7 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
         PairKind::Bevel => {
             let file = bevel_file::read(&source, flags)?;
             let outputs = GearOutputs::check(args, &FIGURES, &[path.to_path_buf()])?;
-            let result = progress::with_spinner("rolling the flanks", quiet, || bevel::run(&file))?;
+            let result = progress::with_spinner("tooth contact", quiet, || bevel::run(&file))?;
             outputs.present_bevel(&BevelReport {
                 file: &file,
                 result,
@@ -221,14 +221,14 @@ const NO_OUTLINES: &str = "omit --outline: only cylindrical and non-circular gea
 
 /// The file of flanks with the format of its suffix.
 fn flank_format(path: &Path) -> Result<(&Path, FlankFormat), Error> {
-    files::ends(path, &FlankFormat::SUFFIXES)?;
+    files::check_extension(path, &FlankFormat::SUFFIXES)?;
     let suffix = path.extension().and_then(|suffix| suffix.to_str());
     Ok((path, FlankFormat::of_suffix(suffix.unwrap_or_default())))
 }
 
 /// The file of outlines with the format of its suffix.
 fn outline_format(path: &Path) -> Result<(&Path, OutlineFormat), Error> {
-    files::ends(path, &OutlineFormat::SUFFIXES)?;
+    files::check_extension(path, &OutlineFormat::SUFFIXES)?;
     let suffix = path.extension().and_then(|suffix| suffix.to_str());
     let format = OutlineFormat::of_suffix(suffix.unwrap_or_default());
     Ok((path, format))
@@ -267,7 +267,7 @@ fn load_bevel(path: &Path, message: &str, hint: &str) -> Result<Arc<SourceFile>,
 fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
     let source = load_bevel(
         &args.file,
-        "only settings of bevel gears are corrected",
+        "only settings of bevel gears can be corrected",
         "name a gear file with pair = { kind = \"bevel\", … }",
     )?;
     let (file, study) = bevel_file::read_for_correction(&source, &args.study.flags)?;
@@ -296,7 +296,7 @@ fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
 fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
     let source = load_bevel(
         &args.file,
-        "only bevel pairs by machine settings are cut",
+        "only bevel pairs with machine settings can be cut",
         "name a gear file with pair = { kind = \"bevel\", … } and [cut]",
     )?;
     let file = cut_file::read(&source)?;
@@ -307,7 +307,7 @@ fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
     let files = [&args.flank, &args.chips];
     let mut outputs = Outputs::check(&args.out, &gear_cut::FIGURES, &files, &inputs)?;
     let quiet = args.out.quiet || args.out.json;
-    let result = progress::with_spinner("cutting the flanks", quiet, || cut::run(&file))?;
+    let result = progress::with_spinner("computing the cut flanks", quiet, || cut::run(&file))?;
     let report = CutReport {
         file: &file,
         result,
@@ -337,7 +337,7 @@ fn no_chips(report: &CutReport) -> Error {
     let reasons: Vec<&str> = reasons.map(String::as_str).collect();
     let (message, hint) = match reasons.is_empty() {
         true => (
-            "--chips writes one member, and both have chips".to_string(),
+            "--chips writes one member, but both have chips".to_string(),
             "set `member` in [cut]",
         ),
         false => (

@@ -1,4 +1,4 @@
-//! `geardyn identify`: a log becomes frequency responses, transfer functions and modes.
+//! `geardyn identify`: frequency responses, transfer functions and modes from a log.
 
 use std::io::Write;
 use std::path::Path;
@@ -28,10 +28,10 @@ use crate::recording::write;
 use crate::recording::write::uff::UffFormat;
 use crate::report::presentation::{LogReport, Provenance};
 
-/// Identifies and prints.
+/// Runs the command and prints its result.
 ///
 /// # Errors
-/// Whatever is wrong with the log, the flags or the solution.
+/// Errors of the log, the flags or the identification.
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let flags = &args.study.flags;
     let mut study = flags.read("an identification", None, &[], IdentifyStudy::read)?;
@@ -40,14 +40,14 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         (&args.frf, ["csv", "json", "uff"]),
     ] {
         if let Some(path) = path {
-            files::ends(path, &formats)?;
+            files::check_extension(path, &formats)?;
         }
     }
     let logs = logs::open_logs(&args.files, &args.log)?;
     let figures = ["", "nyquist", "poles", "stabilisation", "shapes", "mac"];
-    let others = [&args.export, &args.frf];
+    let other_files = [&args.export, &args.frf];
     let inputs = [logs::paths(&logs), args.compare.iter().cloned().collect()].concat();
-    let mut outputs = Outputs::check(&args.out, &figures, &others, &inputs)?;
+    let mut outputs = Outputs::check(&args.out, &figures, &other_files, &inputs)?;
     let reference = args.compare.as_deref().map(read_reference).transpose()?;
     let mut log = progress::open(&logs[0].path, &logs[0].options, args.out.quiet)?;
     let responses = log
@@ -56,26 +56,26 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         .filter(|r| log.groups.is_empty() || use_file_responses(r, &study));
     if responses.is_some() && logs.len() > 1 {
         let message =
-            "the file holds frequency responses; only signals of several files are joined";
-        let hint = "identify files of responses one by one, or join their columns in one table";
+            "the file has frequency responses; only signals of several files can be joined";
+        let hint = "identify files of responses separately, or join their columns in one table";
         let error = Error::new(Code::Conflict, message).with_hint(hint);
         return Err(error.with_file(&logs[0].path.display().to_string()).into());
     }
     let mut geometry = logs::geometry(&logs, &mut log)?;
-    let work = |source: IdentificationInput, study: &IdentifyStudy| {
+    let identify = |source: IdentificationInput, study: &IdentifyStudy| {
         progress::with_spinner("identifying", args.out.quiet, || {
             identification::identify(source, study)
         })
     };
-    let (mut found, repairs) = match responses {
+    let (mut result, repairs) = match responses {
         Some(responses) => {
-            let mut found = work(IdentificationInput::Responses(responses), &study)?;
-            found.diagnostics.splice(0..0, log.diagnostics);
-            (found, log.repairs)
+            let mut result = identify(IdentificationInput::Responses(responses), &study)?;
+            result.diagnostics.splice(0..0, log.diagnostics);
+            (result, log.repairs)
         }
         None => {
             let test = match study.outputs.is_empty() {
-                // All channels are settled, to be named in the error.
+                // Preprocess all channels, so that the error can list them.
                 true => Test::Joined(Box::new(logs::preprocess(&logs, log, &[], args.out.quiet)?)),
                 false => {
                     reject_duplicates(&study)?;
@@ -88,149 +88,149 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
                     for record in &records {
                         geometry.place_roving(record.inputs.iter().chain(&record.outputs));
                     }
-                    let mut found = work(IdentificationInput::Points(&records), &study)?;
+                    let mut result = identify(IdentificationInput::Points(&records), &study)?;
                     let warnings = records.iter().flat_map(|r| &r.recording.diagnostics);
-                    found.diagnostics.splice(0..0, once(warnings));
+                    result.diagnostics.splice(0..0, distinct(warnings));
                     (
-                        found,
-                        once(records.iter().flat_map(|r| &r.recording.repairs)),
+                        result,
+                        distinct(records.iter().flat_map(|r| &r.recording.repairs)),
                     )
                 }
                 Test::Joined(recording) => {
                     if !study.outputs.is_empty() {
-                        // The sidecar may have given channels other names; they stand in the order asked for.
-                        let names: Vec<String> =
-                            recording.channels.iter().map(|c| c.name.clone()).collect();
-                        let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
-                        (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
+                        // The sidecar may have renamed channels; their order is that of the request.
+                        let mut names = recording.channels.iter().map(|c| c.name.clone());
+                        study.inputs = names.by_ref().take(study.inputs.len()).collect();
+                        study.outputs = names.collect();
                     }
-                    let mut found = work(IdentificationInput::Signals(&recording), &study)?;
-                    let own = recording.diagnostics.iter().cloned();
-                    found.diagnostics.splice(0..0, own);
-                    (found, recording.repairs)
+                    let mut result = identify(IdentificationInput::Signals(&recording), &study)?;
+                    let warnings = recording.diagnostics.iter().cloned();
+                    result.diagnostics.splice(0..0, warnings);
+                    (result, recording.repairs)
                 }
             }
         }
     };
-    found.place_shapes(geometry.clone())?;
+    result.assign_points(geometry.clone())?;
     if let Some(reference) = reference {
-        let shapes = found.modes.iter().map(|m| &m.mode.shape[..]);
-        let comparison = ModeComparison::new(&found.outputs, shapes, reference)?;
-        found.comparison = Some(comparison);
+        let shapes = result.modes.iter().map(|m| &m.mode.shape[..]);
+        let comparison = ModeComparison::new(&result.outputs, shapes, reference)?;
+        result.comparison = Some(comparison);
     }
     if let Some(path) = &args.export {
-        let bytes = export(path, args, &found)?;
-        outputs.write(path, |to| write_all(path, &bytes, to))?;
+        let bytes = export(path, args, &result)?;
+        outputs.write(path, |out| write_all(path, &bytes, out))?;
     }
     if let Some(path) = &args.frf {
-        outputs.write(path, |to| write_responses(path, &found, &geometry, to))?;
+        outputs.write(path, |out| write_responses(path, &result, &geometry, out))?;
     }
     outputs.present(&LogReport {
         title: logs::title(&args.files),
         repairs,
-        result: found,
+        result,
     })
 }
 
-/// The modes to compare with.
+/// Reads the reference modes of `--compare`.
 fn read_reference(path: &Path) -> Result<ReferenceModes, Error> {
     ReferenceModes::read(&path.display().to_string(), &load::load(path)?.text)
 }
 
-/// Messages of several files, equal ones once.
-fn once<'m, T: Clone + PartialEq + 'm>(all: impl Iterator<Item = &'m T>) -> Vec<T> {
-    let mut kept: Vec<T> = Vec::new();
-    for one in all {
-        if !kept.contains(one) {
-            kept.push(one.clone());
+/// Messages of several files without duplicates.
+fn distinct<'m, T: Clone + PartialEq + 'm>(messages: impl Iterator<Item = &'m T>) -> Vec<T> {
+    let mut distinct: Vec<T> = Vec::new();
+    for message in messages {
+        if !distinct.contains(message) {
+            distinct.push(message.clone());
         }
     }
-    kept
+    distinct
 }
 
-/// True if the names are responses of a file that also holds signals.
+/// True if the study names responses of a file that also holds signals, and its method accepts responses.
 fn use_file_responses(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
-    let known: Vec<String> = (responses.responses.iter())
+    let names: Vec<String> = (responses.responses.iter())
         .map(|f| f.output.name.clone())
         .collect();
-    let takes = study
+    let accepts = study
         .method
         .is_none_or(|m| m.required_data() == RequiredData::Responses);
-    takes
+    accepts
         && study
             .outputs
             .iter()
-            .all(|word| channel_names::find_channel(word, &known).is_some())
+            .all(|word| channel_names::find_channel(word, &names).is_some())
 }
 
-/// Refuses a channel named twice, before channels are taken out of the log one by one.
+/// Rejects a channel named twice, before channels are taken from the log.
 fn reject_duplicates(study: &IdentifyStudy) -> Result<(), Error> {
-    let all: Vec<&String> = study.inputs.iter().chain(&study.outputs).collect();
-    for (k, word) in all.iter().enumerate() {
-        let same = |other: &&&String| {
+    let channels: Vec<&String> = study.inputs.iter().chain(&study.outputs).collect();
+    for (k, word) in channels.iter().enumerate() {
+        let is_same = |other: &&&String| {
             channel_names::matches(word, other) || channel_names::matches(other, word)
         };
-        if all[..k].iter().any(|other| same(&other)) {
-            let both = study.inputs.contains(word) && study.outputs.contains(word);
-            let how = if both {
+        if channels[..k].iter().any(|other| is_same(&other)) {
+            let is_in_both = study.inputs.contains(word) && study.outputs.contains(word);
+            let role = if is_in_both {
                 "as input and as output"
             } else {
                 "twice"
             };
-            return Err(Error::new(Code::Conflict, format!("{word} is named {how}"))
+            let message = format!("{word} is named {role}");
+            return Err(Error::new(Code::Conflict, message)
                 .with_hint("name each channel once, as excitation or as response"));
         }
     }
     Ok(())
 }
 
-/// Refuses to write what the method does not give.
-fn nothing_to_write(flag: &str, what: &str, found: &IdentificationResult) -> Error {
+/// Error of a file whose content the method does not compute.
+fn nothing_to_write(flag: &str, content: &str, result: &IdentificationResult) -> Error {
     let message = format!(
-        "{flag} has nothing to write: {} gives no {what}",
-        found.method.name()
+        "{flag} has nothing to write: {} gives no {content}",
+        result.method.name()
     );
     Error::new(Code::Usage, message).with_hint(
         "name the excitation channel: --input, and a method from responses such as rational",
     )
 }
 
-/// Writes the frequency responses in the format that the file's name asks for.
+/// Writes the frequency responses in the format of the file extension.
 fn write_responses(
     path: &Path,
-    found: &IdentificationResult,
+    result: &IdentificationResult,
     geometry: &Geometry,
-    mut to: &mut dyn Write,
+    mut out: &mut dyn Write,
 ) -> Result<(), Error> {
-    let missing = || nothing_to_write("--frf", "frequency responses", found);
-    let responses = found.responses.as_ref().ok_or_else(missing)?;
+    let missing_error = || nothing_to_write("--frf", "frequency responses", result);
+    let responses = result.responses.as_ref().ok_or_else(missing_error)?;
     match path.extension().and_then(|e| e.to_str()) {
-        Some("csv") => write::csv::write_responses(responses, &mut to),
-        Some("uff") => write::uff::write_responses(responses, geometry, UffFormat::Text, &mut to),
-        _ => write::json::write_responses(responses, &Provenance::default().header(), &mut to),
+        Some("csv") => write::csv::write_responses(responses, &mut out),
+        Some("uff") => write::uff::write_responses(responses, geometry, UffFormat::Text, &mut out),
+        _ => write::json::write_responses(responses, &Provenance::default().header(), &mut out),
     }
 }
 
-fn write_all(path: &Path, bytes: &[u8], to: &mut dyn Write) -> Result<(), Error> {
-    to.write_all(bytes).map_err(|e| output_error(path, &e))
+fn write_all(path: &Path, bytes: &[u8], out: &mut dyn Write) -> Result<(), Error> {
+    out.write_all(bytes).map_err(|e| output_error(path, &e))
 }
 
-/// The identified model in the format that the file's name asks for.
+/// Encodes the identified model in the format of the file extension.
 fn export(
     path: &Path,
     args: &IdentifyArgs,
-    found: &IdentificationResult,
+    result: &IdentificationResult,
 ) -> Result<Vec<u8>, Error> {
-    if found.functions.is_empty() {
-        return Err(nothing_to_write("--export", "transfer functions", found));
+    if result.functions.is_empty() {
+        return Err(nothing_to_write("--export", "transfer functions", result));
     }
-    let time = args
+    let sample_time = args
         .sample_time
         .as_deref()
         .map(|t| quantity::parse_or_bare(t, QuantityKind::Time, "s", "--sample-time"))
         .transpose()?;
-    // Accelerations of a stiff residual grow with s²: a state space holds their integrals.
-    let (mut proper, mut integrated) = (found.functions.clone(), 0);
+    // Accelerations of a stiff residual grow with s²: the state space represents their integrals.
+    let (mut proper, mut integrated) = (result.functions.clone(), 0);
     while proper.iter().any(TransferFunction::is_improper) {
         proper = proper
             .iter()
@@ -240,9 +240,9 @@ fn export(
     }
     let model = || -> Result<Realisation, Error> {
         let model = Realisation::from_transfer_functions(&proper)?;
-        match time {
-            Some(time) => model.discretise(
-                time,
+        match sample_time {
+            Some(sample_time) => model.discretise(
+                sample_time,
                 args.map.unwrap_or(DiscretisationMethod::ZeroOrderHold),
             ),
             None => Ok(model),
@@ -251,12 +251,12 @@ fn export(
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => {
             let mut bytes = Vec::new();
-            write_csv(&found.functions, &mut bytes).map_err(|e| output_error(path, &e))?;
+            write_csv(&result.functions, &mut bytes).map_err(|e| output_error(path, &e))?;
             Ok(bytes)
         }
         Some("mat") => to_mat(&proper, &model()?),
         _ => {
-            let functions = found
+            let functions = result
                 .functions
                 .iter()
                 .map(|f| f.to_json())

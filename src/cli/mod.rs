@@ -99,12 +99,7 @@ pub fn run(arguments: &[OsString]) -> ExitCode {
             Code::Interrupted,
             "interrupted before the work was finished",
         );
-        let _ = report_error(
-            &error
-                .with_hint("files named as outputs are as they were before")
-                .into(),
-            json,
-        );
+        let _ = report_error(&error.with_hint("output files are unchanged").into(), json);
     });
     match dispatch(&command) {
         Ok(exit) => ExitCode::from(exit),

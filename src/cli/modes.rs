@@ -25,7 +25,7 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let study: ModesStudy = scene.study(&args.study.flags)?;
     let space = &args.study.file("state-space");
     if let Some(path) = space {
-        files::ends(path, &["json", "csv", "mat"])?;
+        files::check_extension(path, &["json", "csv", "mat"])?;
     }
     let figures: &[&str] = match study.campbell {
         Some(_) => &[""],
@@ -53,7 +53,7 @@ pub fn report<'a>(
     quiet: bool,
 ) -> Result<ModesReport<'a>, Error> {
     let plan = ModesPlan::plan_modes(machine, study);
-    let result = progress::with_spinner("finding modes", quiet, || {
+    let result = progress::with_spinner("computing modes", quiet, || {
         modes_run::run(machine, study, &plan)
     })?;
     Ok(ModesReport {

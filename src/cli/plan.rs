@@ -78,10 +78,8 @@ fn of_gears(args: &PlanArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> {
         flags.read("a gear file", None, &[], |_| ())?;
     }
     if args.advise.is_some() {
-        let message = "--advise condenses a machine, and the file describes gears";
-        return Err(Error::new(Code::Usage, message)
-            .with_hint("leave it out")
-            .into());
+        let message = "--advise applies to machines; the file describes gears";
+        return Err(Error::new(Code::Usage, message).with_hint("omit it").into());
     }
     let plan = gear::stages(source)?;
     match args.json {
@@ -110,7 +108,7 @@ fn simulation_plans(
         };
         let ready = match kind {
             "simulate" => SimulationSetup::new(machine, &scene.start, &motion)?,
-            _ => SimulationSetup::of_whole_meshes(machine, &scene.start, &motion)?,
+            _ => SimulationSetup::with_single_spring_meshes(machine, &scene.start, &motion)?,
         };
         let choice = method_choice::choose_method(&ready.model.model, &motion)?;
         Ok::<_, Errors>((kind, stages::plan(&ready, &choice, &motion)))

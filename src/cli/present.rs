@@ -40,10 +40,10 @@ impl<'a> Outputs<'a> {
         let mut named: Vec<PathBuf> = args.csv.iter().cloned().collect();
         // A device has no ending; a file of another kind is not replaced by a table.
         if let Some(path) = args.csv.as_ref().filter(|path| path.extension().is_some()) {
-            files::ends(path, &["csv"])?;
+            files::check_extension(path, &["csv"])?;
         }
         if let Some(path) = &args.svg {
-            files::ends(path, &["svg"])?;
+            files::check_extension(path, &["svg"])?;
             named.extend(
                 figures
                     .iter()

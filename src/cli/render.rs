@@ -1,4 +1,4 @@
-//! Renders errors and diagnostics for the terminal and as JSON.
+//! Rendering of errors and diagnostics for the terminal and as JSON.
 
 use std::io::IsTerminal;
 
@@ -11,23 +11,23 @@ use serde_json::{Value, json};
 use crate::base::error::{Diagnostic, Error, Errors};
 use crate::base::source_span::SourceSpan;
 
-/// Errors shown at length; the rest are counted.
-const SHOWN: usize = 3;
+/// Number of errors rendered in full; the others are counted.
+const MAX_RENDERED: usize = 3;
 
-/// Mark in place of the omitted part of a long line.
+/// Mark for the omitted part of a long line.
 const ELLIPSIS: char = '…';
 
-/// Errors listed in JSON; beyond that a file is not a model.
+/// Maximum number of errors in JSON; a file with more is not a model.
 const MAX_JSON_ERRORS: usize = 1000;
 
-/// Colour suits standard error: it is a terminal and `NO_COLOR` is not set.
+/// Whether standard error is a terminal with colour: `NO_COLOR` is not set and `TERM` is not `dumb`.
 pub fn use_colour() -> bool {
     let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
         || std::env::var_os("TERM").is_some_and(|value| value == "dumb");
     !plain && std::io::stderr().is_terminal()
 }
 
-/// Text from a file as a terminal may show it: control characters would command it.
+/// Replaces control characters in text from a file, which could control the terminal.
 pub fn sanitise(text: &str) -> String {
     text.chars()
         .map(|c| {
@@ -40,27 +40,27 @@ pub fn sanitise(text: &str) -> String {
         .collect()
 }
 
-/// The first errors of a file at length, and how many more there are; ends in a line break.
+/// Renders the first errors of a file in full and the number of the others; ends in a line break.
 pub fn render_errors(errors: &Errors, coloured: bool) -> String {
     let list = errors.as_slice();
-    let shown: Vec<String> = list
+    let rendered: Vec<String> = list
         .iter()
-        .take(SHOWN)
+        .take(MAX_RENDERED)
         .map(|e| render_error(e, coloured))
         .collect();
-    let more = match list.len().saturating_sub(SHOWN) {
+    let more = match list.len().saturating_sub(MAX_RENDERED) {
         0 => String::new(),
         1 => "\nand 1 more error\n".to_string(),
         more => format!("\nand {more} more errors\n"),
     };
-    shown.join("\n") + &more
+    rendered.join("\n") + &more
 }
 
-/// One error with its source line; ends in a line break.
+/// Renders an error with its source line; ends in a line break.
 pub fn render_error(error: &Error, coloured: bool) -> String {
     let title = format!("{} [{}]", sanitise(&error.message), error.code.as_str());
     let label = error.label.as_deref().map(normalize_untrusted_str);
-    let window = error
+    let excerpt = error
         .span
         .as_ref()
         .filter(|span| !span.is_whole_file())
@@ -68,24 +68,24 @@ pub fn render_error(error: &Error, coloured: bool) -> String {
     let mut group = Level::ERROR
         .primary_title(normalize_untrusted_str(&title))
         .elements(Vec::<Snippet<'_, annotate_snippets::Annotation<'_>>>::new());
-    if let Some(window) = &window {
-        let mark = AnnotationKind::Primary.span(window.mark.clone());
+    if let Some(excerpt) = &excerpt {
+        let mark = AnnotationKind::Primary.span(excerpt.mark.clone());
         let mark = match label {
             Some(label) => mark.label(label),
             None => mark,
         };
-        let snippet = Snippet::source(window.text.as_str())
-            .line_start(window.line)
+        let snippet = Snippet::source(excerpt.text.as_str())
+            .line_start(excerpt.line)
             .annotation(mark);
-        group = if window.text.is_empty() {
-            group.element(Origin::path(window.path.as_str()).line(window.line))
-        } else if window.text.starts_with(ELLIPSIS) {
-            let origin = Origin::path(window.path.as_str())
-                .line(window.line)
-                .char_column(window.column);
+        group = if excerpt.text.is_empty() {
+            group.element(Origin::path(excerpt.path.as_str()).line(excerpt.line))
+        } else if excerpt.text.starts_with(ELLIPSIS) {
+            let origin = Origin::path(excerpt.path.as_str())
+                .line(excerpt.line)
+                .char_column(excerpt.column);
             group.element(origin).element(snippet)
         } else {
-            group.element(snippet.path(window.path.as_str()))
+            group.element(snippet.path(excerpt.path.as_str()))
         };
     } else if let Some(path) = unnamed_file(error) {
         let path = normalize_untrusted_str(path);
@@ -98,7 +98,7 @@ pub fn render_error(error: &Error, coloured: bool) -> String {
     print(group, error.hint.as_deref(), coloured)
 }
 
-/// One warning; ends in a line break.
+/// Renders a warning; ends in a line break.
 pub fn render_diagnostic(diagnostic: &Diagnostic, coloured: bool) -> String {
     let title = format!("{} [{}]", sanitise(&diagnostic.message), diagnostic.code);
     let title = Level::WARNING.primary_title(normalize_untrusted_str(&title));
@@ -127,7 +127,7 @@ fn print(group: Group<'_>, hint: Option<&str>, coloured: bool) -> String {
     text
 }
 
-/// The part of a line shown around a place.
+/// Part of a source line around a span.
 struct Excerpt {
     path: String,
     line: usize,
@@ -137,53 +137,51 @@ struct Excerpt {
 }
 
 impl Excerpt {
-    /// Characters kept before the place and from it on.
+    /// Maximum number of characters before the start of the span and from it on.
     const BEFORE: usize = 60;
     const AFTER: usize = 80;
 
-    fn from_span(place: &SourceSpan) -> Excerpt {
-        let all = place.source().text.as_str();
-        let span = place.span();
-        let (before, after) = all.split_at(span.start.min(all.len()));
-        let start = before.rfind('\n').map_or(0, |at| at + 1);
-        let stop = after.find(['\n', '\r']).unwrap_or(after.len());
-        let (before, after) = (&before[start..], &after[..stop]);
+    fn from_span(span: &SourceSpan) -> Excerpt {
+        let source = span.source().text.as_str();
+        let range = span.span();
+        let (before, after) = source.split_at(range.start.min(source.len()));
+        let start = before.rfind('\n').map_or(0, |i| i + 1);
+        let line_end = after.find(['\n', '\r']).unwrap_or(after.len());
+        let (before, after) = (&before[start..], &after[..line_end]);
         let cut = before
             .char_indices()
             .rev()
             .nth(Self::BEFORE)
-            .map(|(at, _)| at);
-        let end = after.char_indices().nth(Self::AFTER).map(|(at, _)| at);
-        let head = cut.map_or(before.to_string(), |at| {
-            format!("{ELLIPSIS}{}", &before[at..])
+            .map(|(i, _)| i);
+        let end = after.char_indices().nth(Self::AFTER).map(|(i, _)| i);
+        let head = cut.map_or(before.to_string(), |i| {
+            format!("{ELLIPSIS}{}", &before[i..])
         });
-        let tail = end.map_or(after.to_string(), |at| {
-            format!("{}{ELLIPSIS}", &after[..at])
-        });
-        let marked = (span.end - span.start).min(end.unwrap_or(after.len()));
+        let tail = end.map_or(after.to_string(), |i| format!("{}{ELLIPSIS}", &after[..i]));
+        let marked = (range.end - range.start).min(end.unwrap_or(after.len()));
         Excerpt {
-            path: normalize_untrusted_str(&place.source().path),
-            line: place.line(),
-            column: place.column(),
+            path: normalize_untrusted_str(&span.source().path),
+            line: span.line(),
+            column: span.column(),
             mark: head.len()..head.len() + marked,
             text: head + &tail,
         }
     }
 }
 
-/// The line of an error; absent if it concerns the file as a whole.
+/// Line number of an error; `None` if the error concerns the whole file.
 fn line(error: &Error) -> Option<usize> {
     let span = error.span.as_ref().filter(|p| !p.is_whole_file());
     span.map(SourceSpan::line)
 }
 
-/// The file of an error that names no line, where its message does not name the file.
+/// Path of the file of an error, unless the message contains it.
 fn unnamed_file(error: &Error) -> Option<&str> {
     let path = error.span.as_ref()?.source().path.as_str();
     (!error.message.contains(path)).then_some(path)
 }
 
-/// `{"errors": [{code, message, file, line, hint}]}`; what an error does not have is null.
+/// Errors as `{"errors": [{code, message, file, line, hint}]}`; absent values are null.
 pub fn json(errors: &Errors) -> Value {
     let list: Vec<Value> = errors
         .as_slice()
@@ -211,8 +209,8 @@ mod tests {
     #[test]
     fn exact_look_of_an_error() {
         let text = "[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n[[shaft]]\nname = \"s\"\nbetween = [\"a\", \"ground\"]\nstifness = \"85 kN·m/rad\"\n";
-        let found = read_text("models/gearbox.toml", text).unwrap_err();
-        let shown = render_errors(&found, false);
+        let errors = read_text("models/gearbox.toml", text).unwrap_err();
+        let shown = render_errors(&errors, false);
         let expected = "\
 error: unknown key `stifness` [unknown-key]
  --> models/gearbox.toml:7:1
@@ -222,8 +220,8 @@ error: unknown key `stifness` [unknown-key]
 hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
 ";
         assert_eq!(shown, expected);
-        assert!(render_errors(&found, true).contains("\u{1b}["));
-        let json = json(&found);
+        assert!(render_errors(&errors, true).contains("\u{1b}["));
+        let json = json(&errors);
         assert_eq!(json["errors"][0]["code"], "unknown-key");
         assert_eq!(json["errors"][0]["line"], 7);
         assert_eq!(json["errors"][0]["file"], "models/gearbox.toml");
@@ -239,10 +237,10 @@ hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
             format!("\"{long}\" = 1"),
             format!("[[inertia]]\nname = \"a\"\nJ = \"{long}\"\n{long}"),
         ] {
-            let found = read_text("long.toml", &text).unwrap_err();
-            let shown = render_errors(&found, false);
+            let errors = read_text("long.toml", &text).unwrap_err();
+            let shown = render_errors(&errors, false);
             assert!(shown.len() < 4000, "{} bytes", shown.len());
-            assert!(json(&found).to_string().len() < 4000);
+            assert!(json(&errors).to_string().len() < 4000);
         }
     }
 
@@ -261,12 +259,12 @@ hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
             render_error(&error, false),
             "error: 1e9 modes need 8 EB [budget-exceeded]\n"
         );
-        let doubt = Diagnostic {
+        let warning = Diagnostic {
             code: "no-load",
             message: "no load\u{1b}[31m".into(),
             hint: Some("add a [[load]]".into()),
         };
-        let shown = render_diagnostic(&doubt, false);
+        let shown = render_diagnostic(&warning, false);
         assert!(shown.starts_with("warning: no load"), "{shown}");
         assert!(
             shown.ends_with("[no-load]\nhint: add a [[load]]\n"),

@@ -47,7 +47,7 @@ pub fn over_frequency<'a>(
     quiet: bool,
 ) -> Result<StudyReport<'a, ResponseResult>, Error> {
     let solve = |machine: &PreparedMachine| run::run(machine, study, drawn);
-    present::solve((scene, machine), "answering by frequency", quiet, solve)
+    present::solve((scene, machine), "computing responses", quiet, solve)
 }
 
 /// Orders over speed.
@@ -61,7 +61,7 @@ pub fn over_speed<'a>(
     quiet: bool,
 ) -> Result<StudyReport<'a, RunUpResult>, Error> {
     let solve = |machine: &PreparedMachine| run_up::run(machine, study);
-    present::solve((scene, machine), "answering every order", quiet, solve)
+    present::solve((scene, machine), "computing order responses", quiet, solve)
 }
 
 /// Periodic motions over speed.
@@ -74,7 +74,7 @@ pub fn periodic<'a>(
     study: &HarmonicBalanceStudy,
     quiet: bool,
 ) -> Result<StudyReport<'a, HarmonicBalanceResult>, Error> {
-    let bar = progress::progress_bar("following the curve", quiet);
+    let bar = progress::progress_bar("continuing the curve", quiet);
     let report = present::solve((scene, machine), "", true, |machine| {
         harmonic_balance::run(machine, study, &mut |share| bar(Some(share)))
     });

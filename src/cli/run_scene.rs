@@ -1,4 +1,4 @@
-//! `geardyn run`: all studies listed in a scene.
+//! The command `geardyn run`: all studies of a scene.
 
 use std::path::PathBuf;
 
@@ -17,10 +17,10 @@ use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene::study::StudyKind;
 use crate::scene::{self, Scene};
 
-/// Carries out every study in its order.
+/// Runs the studies of a scene in the order of the file and returns the exit code.
 ///
 /// # Errors
-/// Whatever is wrong with the file or a study.
+/// Errors of the scene file, of a study or of the output files.
 pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     if scene.studies.is_empty() {
@@ -31,31 +31,31 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
     let html: Vec<PathBuf> = browser::check(&args.page)?.into_iter().cloned().collect();
-    // The names of the figures follow from the results; that the folder takes files is known before the work.
+    // The names of the figures follow from the results; a placeholder checks that the folder is writable before the studies run.
     let drawings = args.svg.iter().map(|folder| folder.join("1.svg"));
-    let named: Vec<PathBuf> = html.iter().cloned().chain(drawings).collect();
-    let mut files = OutputFiles::new(&named, std::slice::from_ref(&args.scene))?;
-    // From here on the first interrupt ends the study that runs, and no other begins.
+    let planned: Vec<PathBuf> = html.iter().cloned().chain(drawings).collect();
+    let mut files = OutputFiles::new(&planned, std::slice::from_ref(&args.scene))?;
+    // From here on the first interrupt ends the current study, and the remaining ones are not started.
     let cancel = interrupt::cancel_on_ctrl_c();
-    let (mut documents, mut sections, mut exit) = (Vec::new(), Vec::new(), 0);
+    let (mut documents, mut sections, mut exit_code) = (Vec::new(), Vec::new(), 0);
     let mut drawings: Vec<(PathBuf, String)> = Vec::new();
     let title = &scene.model.title;
     if !args.json && !title.is_empty() {
         output::print(&format!("{title}\n\n"))?;
     }
     let machine = PreparedMachine::new(&scene.model)?;
-    let drawn = !html.is_empty() || args.svg.is_some();
+    let figures = !html.is_empty() || args.svg.is_some();
     for study in &scene.studies {
-        let found = report(
+        let outcome = report(
             &scene,
             &machine,
             &study.kind,
-            drawn,
+            figures,
             args.quiet || args.json,
         );
-        let (name, result) = match found {
-            Ok(found) => found,
-            // What was finished before is shown; where nothing was, the interrupt is the answer.
+        let (name, result) = match outcome {
+            Ok(report) => report,
+            // Studies finished before an interrupt are reported; without any, the interrupt is returned as the error.
             Err(e) if e.code == Code::Interrupted && !documents.is_empty() => break,
             Err(e) if e.span.is_some() => return Err(e.into()),
             Err(e) => return Err(e.with_span(&study.span).into()),
@@ -78,55 +78,55 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             }
         }
         documents.push(json!({ "study": name, "result": document(result)? }));
-        exit = exit.max(present::exit_code(result));
+        exit_code = exit_code.max(present::exit_code(result));
         if cancel.is_cancelled() {
             break;
         }
     }
-    let whole = !cancel.is_cancelled();
-    if !whole {
-        exit = interrupt::EXIT_INTERRUPTED;
+    let is_complete = !cancel.is_cancelled();
+    if !is_complete {
+        exit_code = interrupt::EXIT_INTERRUPTED;
     }
-    for path in html.iter().filter(|_| whole) {
+    for path in html.iter().filter(|_| is_complete) {
         let command = present::command_line();
         let title = if title.is_empty() { &command } else { title };
         files.write(path, page(title, &command, &sections).as_bytes())?;
     }
-    for (path, svg) in drawings.iter().filter(|_| whole) {
+    for (path, svg) in drawings.iter().filter(|_| is_complete) {
         files.write(path, svg.as_bytes())?;
     }
     let written = files.finish()?;
-    if whole {
+    if is_complete {
         browser::open(&args.page)?;
     }
     if args.json {
         let sources = &scene.sources;
-        let about = Provenance::of_plan(sources, &[], &[]);
-        let document = json!({ "geardyn": about.header(), "title": title, "studies": documents, "interrupted": !whole, "warnings": [] });
+        let provenance = Provenance::of_plan(sources, &[], &[]);
+        let document = json!({ "geardyn": provenance.header(), "title": title, "studies": documents, "interrupted": !is_complete, "warnings": [] });
         output::document(&document)?;
     }
     if !args.quiet {
         let finished = documents.len();
         let missing = scene.studies.len() - finished;
-        let ended = match missing {
+        let status = match missing {
             0 => String::new(),
             _ => format!(
                 "interrupted: {finished} of {} studies finished\n",
                 scene.studies.len()
             ),
         };
-        let note = footer::written_files(&written) + &footer::not_written(&named, whole);
-        output::print_note(&(ended + &note));
+        let note = footer::written_files(&written) + &footer::not_written(&planned, is_complete);
+        output::print_note(&(status + &note));
     }
-    Ok(exit)
+    Ok(exit_code)
 }
 
-/// The result of a study, with the name of its kind; `drawn`: figures are wanted.
+/// Runs a study: name of its kind and result; `figures` requests the data of its figures.
 fn report<'a>(
     scene: &'a Scene,
     machine: &'a PreparedMachine,
     study: &StudyKind,
-    drawn: bool,
+    figures: bool,
     quiet: bool,
 ) -> Result<(&'static str, Box<dyn Presentation + 'a>), Error> {
     Ok(match study {
@@ -142,7 +142,7 @@ fn report<'a>(
         StudyKind::Response(study) => (
             "response",
             Box::new(response::over_frequency(
-                scene, machine, study, drawn, quiet,
+                scene, machine, study, figures, quiet,
             )?),
         ),
         StudyKind::HarmonicBalance(study) => (

@@ -22,10 +22,10 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
     if !study.running.history && (args.out.csv.is_some() || args.out.svg.is_some()) {
         let error = Error::new(
             Code::Conflict,
-            "the study keeps no history, and --csv and --svg are of it",
+            "--csv and --svg need the history, which the study does not keep",
         );
         return Err(error
-            .with_hint("leave --no-history out, or these; in the study it is history = \"none\"")
+            .with_hint("omit --no-history (history = \"none\" in the study), or --csv and --svg")
             .into());
     }
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;

@@ -1,4 +1,4 @@
-//! `geardyn spectrum`: what frequencies or orders are in a log.
+//! The command `geardyn spectrum`: frequency or order spectra of a log.
 
 use std::f64::consts::TAU;
 
@@ -21,10 +21,10 @@ use crate::report::presentation::LogReport;
 use crate::scene;
 use crate::spectrum::line_labels::{ExpectedLine, RollingBearing};
 
-/// Analyses and prints.
+/// Computes the spectrum of a log and presents it; returns the exit code.
 ///
 /// # Errors
-/// Whatever is wrong with the log, the flags or the model.
+/// Errors of the log, the flags or the model.
 pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     let flags = &args.study.flags;
     let mut study = flags.read("a spectrum", None, &[], SpectrumStudy::read)?;
@@ -33,20 +33,20 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     inputs.extend(args.model.clone());
     let outputs = Outputs::check(&args.out, &[""], &[], &inputs)?;
     study.expected_lines = expected_lines(args, &study)?;
-    let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
-    reject_duplicates(&only)?;
+    let selected: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
+    reject_duplicates(&selected)?;
     let mut settings = logs[0].options.clone();
-    settings.keep_channels = only;
+    settings.keep_channels = selected;
     let log = progress::open(&logs[0].path, &settings, args.out.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&log, word);
     }
-    let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
-    reject_duplicates(&only)?;
+    let selected: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
+    reject_duplicates(&selected)?;
     let title = logs::title(&args.files);
     if use_file_spectra(&log, &study) {
         if logs.len() > 1 {
-            let message = "the file holds spectra; only signals of several files are averaged";
+            let message = "the file has spectra; only signals of several files can be averaged";
             let error = Error::new(Code::Conflict, message).with_hint("name one file of spectra");
             return Err(error.with_file(&log.path).into());
         }
@@ -60,7 +60,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
             result,
         });
     }
-    let recording = logs::preprocess(&logs, log, &only, args.out.quiet)?;
+    let recording = logs::preprocess(&logs, log, &selected, args.out.quiet)?;
     let (repairs, quiet) = (recording.repairs.clone(), args.out.quiet);
     let warnings = recording.diagnostics.iter().cloned();
     if flags.text("kind") == Some("order-cut") {
@@ -85,26 +85,26 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     })
 }
 
-/// True if the request is for spectra stored in the file: it holds nothing else, or all words name one.
+/// Whether spectra stored in the file are requested: it contains nothing else, or every channel names one of them.
 fn use_file_spectra(log: &RawLog, study: &SpectrumStudy) -> bool {
-    let known: Vec<String> = log.spectra.iter().map(|s| s.name.clone()).collect();
+    let names: Vec<String> = log.spectra.iter().map(|s| s.name.clone()).collect();
     let mut words = study.channels.iter();
-    !known.is_empty()
+    !names.is_empty()
         && (log.groups.is_empty()
-            || words.all(|word| channel_names::find_channel(word, &known).is_some()))
+            || words.all(|word| channel_names::find_channel(word, &names).is_some()))
 }
 
-/// The channel a word means, with or without its unit, in capitals or not; the word itself where it means none.
+/// Full name of the channel that `word` denotes, in any case and with or without unit; `word` itself where there is none.
 fn full_name(log: &RawLog, word: &str) -> String {
-    let all = log.groups.iter().flat_map(|g| &g.channels);
-    let known: Vec<String> = all.map(|c| c.name.clone()).collect();
-    channel_names::find_channel(word, &known).map_or(word.to_string(), |at| known[at].clone())
+    let channels = log.groups.iter().flat_map(|g| &g.channels);
+    let names: Vec<String> = channels.map(|c| c.name.clone()).collect();
+    channel_names::find_channel(word, &names).map_or(word.to_string(), |index| names[index].clone())
 }
 
-/// Refuses a channel named twice.
+/// Rejects a list with a duplicate channel.
 fn reject_duplicates(list: &[String]) -> Result<(), Error> {
-    let twice = (1..list.len()).find(|&k| list[..k].contains(&list[k]));
-    match twice {
+    let duplicate = (1..list.len()).find(|&k| list[..k].contains(&list[k]));
+    match duplicate {
         Some(k) => Err(Error::new(
             Code::Usage,
             format!("the channel {} is named twice", list[k]),
@@ -114,7 +114,7 @@ fn reject_duplicates(list: &[String]) -> Result<(), Error> {
     }
 }
 
-/// The lines that model, speed and bearing let expect.
+/// Spectral lines expected from model, speed and bearing.
 fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<ExpectedLine>, Errors> {
     let in_orders = study.kind == SpectrumKind::Order;
     let Some(turns_per_s) = (match (in_orders, study.speed) {
@@ -122,14 +122,14 @@ fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<Expe
         (false, speed) => speed.map(|s| s / TAU),
     }) else {
         if args.model.is_some() || args.bearing.is_some() {
-            let message = "--model and --bearing name lines by a speed, and none is stated";
+            let message = "--model and --bearing need a speed to name lines; none is stated";
             return Err(Error::new(Code::Usage, message)
-                .with_hint("state it: --speed 1500; or take --kind order with --tacho")
+                .with_hint("state it: --speed 1500; or use --kind order with --tacho")
                 .into());
         }
         return Ok(Vec::new());
     };
-    let mut all = match (&args.model, &args.at) {
+    let mut lines = match (&args.model, &args.at) {
         (Some(path), Some(at)) => {
             let machine = PreparedMachine::new(&scene::read(path)?.model)?;
             expected_lines::machine_lines(&machine, at, TAU * turns_per_s, in_orders)?
@@ -137,14 +137,14 @@ fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<Expe
         _ => expected_lines::shaft_lines(turns_per_s),
     };
     if let Some(text) = &args.bearing {
-        all.extend(expected_lines::bearing_lines(&bearing(text)?, turns_per_s)?);
+        lines.extend(expected_lines::bearing_lines(&bearing(text)?, turns_per_s)?);
     }
-    Ok(all)
+    Ok(lines)
 }
 
-/// `n,d,D,angle`.
+/// Parses a rolling bearing from `n,d,D,angle`.
 fn bearing(text: &str) -> Result<RollingBearing, Error> {
-    let wrong = || {
+    let invalid = || {
         Error::new(
             Code::Usage,
             format!("\"{}\" is not a rolling bearing", quantity::truncate(text)),
@@ -153,10 +153,10 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
     };
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
     let [rollers, roller, pitch, angle] = parts[..] else {
-        return Err(wrong());
+        return Err(invalid());
     };
     Ok(RollingBearing {
-        rollers: rollers.parse().map_err(|_| wrong())?,
+        rollers: rollers.parse().map_err(|_| invalid())?,
         roller_diameter: quantity::parse_or_bare(roller, QuantityKind::Length, "mm", "--bearing")?,
         pitch_diameter: quantity::parse_or_bare(pitch, QuantityKind::Length, "mm", "--bearing")?,
         contact_angle: quantity::parse_or_bare(angle, QuantityKind::Angle, "deg", "--bearing")?,

@@ -58,7 +58,7 @@ pub fn report<'a>(
         end_time: study.motion.end_time.or(Some(facts.slowest_period())),
         ..study.motion.clone()
     };
-    let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &nominal);
+    let ready = SimulationSetup::with_single_spring_meshes(machine, &scene.start, &nominal);
     let asks_motion = study.motion.end_time.is_some() || study.speeds.is_some();
     let budget = ready
         .as_ref()

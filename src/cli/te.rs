@@ -47,7 +47,7 @@ pub fn report<'a>(
     study: &TransmissionStudy,
     quiet: bool,
 ) -> Result<TransmissionReport<'a>, Error> {
-    let result = progress::with_spinner("following the errors", quiet, || solve(machine, study))?;
+    let result = progress::with_spinner("transmission error", quiet, || solve(machine, study))?;
     Ok(TransmissionReport {
         scene,
         machine,

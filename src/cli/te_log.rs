@@ -149,7 +149,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Errors> {
     let mut study = study.ok_or_else(|| Error::new(Code::Usage, "state the teeth: --teeth"))?;
     study.every = args.all;
     if study.angle_base && (args.log.keys.has("rate") || args.log.keys.has("time")) {
-        let message = "--angle-base excludes --rate and --time: its rows have no instants";
+        let message = "--angle-base excludes --rate and --time: its rows have no times";
         return Err(Error::new(Code::Conflict, message).into());
     }
     Ok(study)

@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::numeric::Matrix;
 use crate::numeric::least_squares::solve;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
 /// Step of the transmission error by lost or extra counts.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +128,7 @@ pub fn find_steps(
             }
         },
     )?;
-    sort_falling(&mut candidates, |a| a.1);
+    sort_descending(&mut candidates, |a| a.1);
     candidates.truncate(MAX_CANDIDATES);
     candidates.sort_by_key(|f| f.0);
     let steps = fit_step_sizes(&candidates, runs, request);
@@ -222,7 +222,7 @@ pub fn locate_rows(
         let last = (after + SEARCH_ROWS + w).min(run.rows.end);
         let segment = ReadingsRange {
             rows,
-            from: first,
+            first,
             count: last - first,
         };
         let (mut angles, mut errors) = (Vec::new(), Vec::new());
@@ -320,7 +320,7 @@ impl StepWindows {
             for from in (run.rows.start..run.rows.end.saturating_sub(span)).step_by(spacing) {
                 let segment = ReadingsRange {
                     rows,
-                    from,
+                    first: from,
                     count: span,
                 };
                 let (mut early, mut late, mut origin) = (0.0, 0.0, None);

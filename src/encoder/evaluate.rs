@@ -65,7 +65,7 @@ pub struct TeEvaluation {
     /// Direction runs of the input.
     pub runs: Vec<DirectionRun>,
     /// Number of rows at rest at the beginning and at the end, excluded.
-    pub still: [usize; 2],
+    pub rest_rows: [usize; 2],
     /// Angular backlash of the output between the flanks.
     pub backlash: Option<AngularBacklash>,
     /// Removed steps of lost or extra counts.
@@ -234,7 +234,7 @@ pub fn evaluate(
         ratio,
         flanks,
         runs,
-        still: overview.still,
+        rest_rows: overview.rest_rows,
         backlash,
         removed_steps: removed,
         multiples,
@@ -301,14 +301,14 @@ fn resolution(options: &EvaluationOptions, rev_per_row: f64) -> Result<(usize, u
         && requested > possible
     {
         let message = format!(
-            "order {} (multiple {requested} of {}) is above {:.1}, the highest that these rows hold",
+            "order {} (multiple {requested} of {}) exceeds {:.1}, the highest order of these rows",
             requested as f64 * highest,
             fastest.map_or("", |m| m.name.as_str()),
             max_cells / CELLS_PER_ORDER as f64
         );
         let hint = match possible {
             0 => "read the encoders more often, or turn more slowly".to_string(),
-            n => format!("--harmonics {n} at most"),
+            n => format!("pass --harmonics {n} at most"),
         };
         return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
     }
@@ -347,7 +347,7 @@ fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec
         diagnostics.push(Diagnostic {
             code: "mesh-above-band",
             message: format!(
-                "{} above the highest order these rows hold, {band:.1}, and not looked for",
+                "{} above the highest order of these rows, {band:.1}, and not evaluated",
                 match &above[..] {
                     [name] => format!("{name} lies"),
                     names => format!("{} lie", names.join(", ")),
@@ -500,10 +500,10 @@ fn check_turns(
         return Ok(());
     }
     let message = format!(
-        "the record covers {recorded:.3} turns of the output in one direction, where {needed:.3} are needed for one turn of every shaft"
+        "the record covers {recorded:.3} turns of the output in one direction; {needed:.3} are needed for one turn of every shaft"
     );
     Err(Error::new(Code::TooShort, message).with_hint(format!(
-        "record one turn of the slowest shaft and {:.3} turns of the output more, in one direction without a gap",
+        "record one turn of the slowest shaft plus {:.3} turns of the output, in one direction without a gap",
         2.0 * EDGE_CELLS as f64 / per_turn as f64
     )))
 }

@@ -12,7 +12,7 @@ use super::resampling::RESAMPLING_ERROR;
 use super::residual_steps::{ResidualStep, find_residual_steps};
 use super::shaft_average::{ShaftAverage, shaft_averages};
 use crate::base::error::Error;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::symmetric::lu_solve;
 use crate::numeric::{Complex, Matrix};
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
@@ -208,7 +208,7 @@ pub fn evaluate_flank(
             order,
         });
     }
-    sort_rising(&mut lines, |a| a.order.value);
+    sort_ascending(&mut lines, |a| a.order.value);
     let squares: f64 = fit.residual.iter().map(|r| r * r).sum();
     signal.values.iter_mut().for_each(|e| *e -= fit.mean);
     // Each amplitude contributes its variance to the error at an angle; a range is the difference of two angles.

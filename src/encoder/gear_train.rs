@@ -33,8 +33,8 @@ impl GearTrain {
     /// `Usage`: not of that form; `OutOfRange`: no teeth, or more than any gear has.
     pub fn parse(text: &str) -> Result<GearTrain, Error> {
         let wrong = || {
-            let message = format!("\"{}\" is no list of tooth numbers", truncate(text));
-            Error::new(Code::Usage, message).with_hint("write driver:driven, pair by pair from input to output: 21:63 or 21:63,17:40; of a worm its threads")
+            let message = format!("\"{}\" is not a list of tooth numbers", truncate(text));
+            Error::new(Code::Usage, message).with_hint("write driver:driven, pair by pair from input to output: 21:63 or 21:63,17:40; for a worm, its threads")
         };
         let mut pairs = Vec::new();
         for pair in text.split(',') {
@@ -53,7 +53,7 @@ impl GearTrain {
         let out =
             |&(a, b): &(u32, u32)| !(1..=MAX_TEETH).contains(&a) || !(1..=MAX_TEETH).contains(&b);
         if let Some((a, b)) = pairs.iter().find(|p| out(p)) {
-            let message = format!("{a}:{b} are no tooth numbers");
+            let message = format!("{a}:{b} are not tooth numbers");
             return Err(Error::new(Code::OutOfRange, message)
                 .with_hint(format!("they are 1 to {MAX_TEETH}")));
         }

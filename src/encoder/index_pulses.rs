@@ -65,7 +65,7 @@ pub struct IndexEvaluation {
     /// Number of pulses at other angles.
     pub extra: usize,
     /// Mean number of counts between successive passages; `None` for readings without counts.
-    pub counts_apart: Option<f64>,
+    pub counts_between_passages: Option<f64>,
     /// Measured angle of the mark, revolutions from 0 to 1.
     pub mark_angle: f64,
     /// Standard deviation of the angle of the mark, revolutions.
@@ -223,7 +223,7 @@ fn evaluate_index(
         passages: passages.len(),
         missing,
         extra: n_edges - passages.len(),
-        counts_apart: (per_rev > 0.0 && !single_turns.is_empty())
+        counts_between_passages: (per_rev > 0.0 && !single_turns.is_empty())
             .then(|| per_rev * single_turns.iter().sum::<f64>() / single_turns.len() as f64),
         mark_angle: circular_mean(passages.iter().map(|p| p.angle / TAU)),
         scatter: (squares / residuals.len() as f64).sqrt(),
@@ -236,9 +236,9 @@ fn evaluate_index(
 /// Rejects marks that do not pass once per revolution.
 fn check_spacing(shaft: &str, spacings: &[f64], counts_per_rev: f64) -> Result<(), Error> {
     if spacings.is_empty() {
-        let message = format!("the index of the {shaft} does not pass twice in one direction");
+        let message = format!("fewer than two index pulses of the {shaft} in one direction");
         return Err(Error::new(Code::NoSignal, message).with_hint(
-            "take a longer segment, check whether this is its channel, or leave the index out",
+            "take a longer segment, check whether this is its channel, or omit the index",
         ));
     }
     let mut sorted = spacings.to_vec();
@@ -253,7 +253,7 @@ fn check_spacing(shaft: &str, spacings: &[f64], counts_per_rev: f64) -> Result<(
     }
     let spacing = match counts_per_rev > 0.0 {
         true => format!(
-            "{:.0} counts apart, and a turn has {counts_per_rev:.0}",
+            "{:.0} counts apart, but a turn has {counts_per_rev:.0}",
             median * counts_per_rev
         ),
         false => format!("{median:.4} turns apart"),
@@ -320,7 +320,7 @@ fn check_systematic_loss(
         counts_per_rev + median
     );
     Err(Error::new(Code::LostCounts, message)
-        .with_hint("check --lines; else lines of its disc are dirty, or it is turned too fast"))
+        .with_hint("check --lines; else clean its disc, or turn it more slowly"))
 }
 
 /// Steps of the mean level of the passages, by binary segmentation: split at the strongest step, then split both segments.
@@ -408,7 +408,7 @@ impl IndexEvaluation {
                 self.shaft, self.passages, self.missing, self.extra
             ),
             hint: Some(
-                "pulses narrower than a row are missed; others come from noise on the line".into(),
+                "check for pulses narrower than a row (missed) and noise on the line (extra pulses)".into(),
             ),
         })
     }

@@ -3,7 +3,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Rows handed on at a time.
+/// Number of rows per block.
 pub const BLOCK: usize = 1 << 10;
 
 /// Readings of both encoders, taken at the same instants.
@@ -11,14 +11,14 @@ pub trait EncoderReadings {
     /// Number of rows.
     fn n_rows(&self) -> usize;
 
-    /// Fills both blocks with the readings from row `from` on.
+    /// Fills both blocks with the readings that start at row `from`.
     ///
     /// # Errors
-    /// They cannot be read.
+    /// The readings cannot be read.
     fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error>;
 }
 
-/// Readings in memory, of the input and of the output.
+/// Readings of input and output in memory.
 #[derive(Debug, Clone, Copy)]
 pub struct MemoryReadings<'a>(pub &'a [f64], pub &'a [f64]);
 
@@ -34,13 +34,13 @@ impl EncoderReadings for MemoryReadings<'_> {
     }
 }
 
-/// Some of the rows.
+/// Contiguous rows of readings.
 pub struct ReadingsRange<'a> {
-    /// All.
+    /// Complete readings.
     pub rows: &'a dyn EncoderReadings,
-    /// The first of them.
-    pub from: usize,
-    /// So many.
+    /// Index of the first row.
+    pub first: usize,
+    /// Number of rows.
     pub count: usize,
 }
 
@@ -50,23 +50,23 @@ impl EncoderReadings for ReadingsRange<'_> {
     }
 
     fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error> {
-        self.rows.read(self.from + from, input, output)
+        self.rows.read(self.first + from, input, output)
     }
 }
 
 /// Scale of an encoder's readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderScale {
-    /// Rad a unit of the readings; negative where it counts against the other shaft.
+    /// Angle per unit of the readings, rad; negative if the encoder counts against the other shaft.
     pub unit: f64,
-    /// The readings begin again after so many units.
+    /// Period of the readings, units; `None` for readings without wrap.
     pub wrap: Option<f64>,
-    /// From one reading to the next that it can give, rad; 0 where it is not quantised.
+    /// Quantisation step, rad; 0 without quantisation.
     pub step: f64,
 }
 
 impl EncoderScale {
-    /// Angles in rad without steps.
+    /// Angles in rad without wrap and quantisation.
     pub const RAD: EncoderScale = EncoderScale {
         unit: 1.0,
         wrap: None,
@@ -83,14 +83,14 @@ pub struct EncoderScales {
     pub output: EncoderScale,
 }
 
-/// Hands all rows on as angles in rad, block by block: `see(first row, input, output)`.
+/// Calls `visit(first row, input, output)` for every block of rows, with unwrapped angles in rad.
 ///
 /// # Errors
 /// The readings cannot be read; `NotANumber`.
 pub fn for_each_block(
     rows: &dyn EncoderReadings,
     scales: EncoderScales,
-    mut see: impl FnMut(usize, &[f64], &[f64]),
+    mut visit: impl FnMut(usize, &[f64], &[f64]),
 ) -> Result<(), Error> {
     let count = rows.n_rows();
     let (mut a, mut b) = (vec![0.0; BLOCK.min(count)], vec![0.0; BLOCK.min(count)]);
@@ -102,33 +102,33 @@ pub fn for_each_block(
         input.unwrap_block(&mut a[..n]);
         output.unwrap_block(&mut b[..n]);
         let pairs = a[..n].iter().zip(&b[..n]);
-        let sound = pairs.fold(true, |sound, (x, y)| sound & (x + y).is_finite());
-        if !sound {
-            let at = (0..n).find(|&i| !(a[i] + b[i]).is_finite()).unwrap_or(0);
-            let which = if a[at].is_finite() { "output" } else { "input" };
-            let message = format!("row {} of the {which} is no finite number", from + at + 1);
+        let is_finite = pairs.fold(true, |is_finite, (x, y)| is_finite & (x + y).is_finite());
+        if !is_finite {
+            let i = (0..n).find(|&i| !(a[i] + b[i]).is_finite()).unwrap_or(0);
+            let shaft = if a[i].is_finite() { "output" } else { "input" };
+            let message = format!("row {} of the {shaft} is not a finite number", from + i + 1);
             return Err(Error::new(Code::NotANumber, message)
-                .with_hint("take a segment without it, or bridge it: --fill-gaps"));
+                .with_hint("choose a segment without it, or interpolate it: --fill-gaps"));
         }
-        see(from, &a[..n], &b[..n]);
+        visit(from, &a[..n], &b[..n]);
         from += n;
     }
     Ok(())
 }
 
-/// Readings made to go on.
+/// Unwrapping state of an encoder; `wraps` is the number of periods passed.
 struct Unwrapper {
     scale: EncoderScale,
-    before: Option<f64>,
-    turns: f64,
+    previous: Option<f64>,
+    wraps: f64,
 }
 
 impl Unwrapper {
     fn new(scale: EncoderScale) -> Unwrapper {
         Unwrapper {
             scale,
-            before: None,
-            turns: 0.0,
+            previous: None,
+            wraps: 0.0,
         }
     }
 
@@ -139,32 +139,32 @@ impl Unwrapper {
             return;
         };
         for x in block {
-            let before = self.before.replace(*x).unwrap_or(*x);
-            let step = *x - before;
-            // Far more rows go on than wrap.
+            let previous = self.previous.replace(*x).unwrap_or(*x);
+            let step = *x - previous;
+            // Most rows do not wrap.
             if step.abs() > 0.5 * wrap {
-                self.turns -= (step / wrap).round();
+                self.wraps -= (step / wrap).round();
             }
-            *x = unit * (*x + self.turns * wrap);
+            *x = unit * (*x + self.wraps * wrap);
         }
     }
 }
 
-/// The period after which readings begin again, one of `known`: far more than what they move from row to row is a jump, and all jumps are
-/// of about that size. Nothing where no reading jumps.
+/// Detects the wrap period of readings among the candidates `periods`: a jump is a step far above the typical one, and all jumps must have
+/// about the size of the period. `None` without jumps.
 ///
 /// # Errors
-/// `LostCounts`: readings that jump by something else.
+/// `LostCounts`: jumps of another size.
 pub fn detect_wrap(
     rows: &dyn EncoderReadings,
     is_output: bool,
     name: &str,
-    known: &[f64],
+    periods: &[f64],
 ) -> Result<Option<f64>, Error> {
-    let smallest = known.iter().copied().fold(f64::INFINITY, f64::min);
-    let usual = typical_step(rows, is_output)?;
-    let least = 2.0 * usual + 0.02 * smallest;
-    let (mut before, mut jumps) = (None, Vec::new());
+    let smallest = periods.iter().copied().fold(f64::INFINITY, f64::min);
+    let typical = typical_step(rows, is_output)?;
+    let threshold = 2.0 * typical + 0.02 * smallest;
+    let (mut previous, mut jumps) = (None, Vec::new());
     let count = rows.n_rows();
     let (mut a, mut b) = (vec![0.0; BLOCK.min(count)], vec![0.0; BLOCK.min(count)]);
     let mut from = 0;
@@ -175,8 +175,8 @@ pub fn detect_wrap(
             .iter()
             .enumerate()
         {
-            let step: f64 = x - before.replace(x).unwrap_or(x);
-            if step.abs() > least {
+            let step: f64 = x - previous.replace(x).unwrap_or(x);
+            if step.abs() > threshold {
                 jumps.push((from + i, step));
             }
         }
@@ -185,16 +185,16 @@ pub fn detect_wrap(
     if jumps.is_empty() {
         return Ok(None);
     }
-    // The step that the shaft makes meanwhile is taken off the jump or added to it.
+    // The rotation within the row adds to the jump or reduces it.
     let fits = |w: f64| {
         jumps
             .iter()
-            .all(|j| (j.1.abs() - w).abs() <= 1.5 * usual + 0.02 * w)
+            .all(|j| (j.1.abs() - w).abs() <= 1.5 * typical + 0.02 * w)
     };
-    if let Some(&found) = known.iter().find(|w| fits(**w)) {
-        return Ok(Some(found));
+    if let Some(&wrap) = periods.iter().find(|w| fits(**w)) {
+        return Ok(Some(wrap));
     }
-    // Single jumps of another size are lost counts, which are told by their effect on the error.
+    // Isolated jumps of another size are lost counts, which the error analysis detects.
     const MIN_ROWS: usize = 64;
     let largest = jumps.iter().map(|j| j.1.abs()).fold(0.0, f64::max);
     if jumps.len() <= MIN_ROWS && largest < 0.25 * smallest {
@@ -203,19 +203,19 @@ pub fn detect_wrap(
     let (row, step) = jumps[0];
     let message = format!("{name} jumps by {step:.6} at row {}", row + 1);
     Err(Error::new(Code::LostCounts, message)
-        .with_hint("no counter or angle begins again after that: take the segment before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
+        .with_hint("no counter or angle wraps there: choose the segment before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
 }
 
-/// Typical step of the readings from row to row: the 99th percentile over rows here and there.
+/// Typical step of the readings from row to row: 99th percentile over evenly spaced blocks.
 fn typical_step(rows: &dyn EncoderReadings, is_output: bool) -> Result<f64, Error> {
-    const PLACES: usize = 64;
+    const N_BLOCKS: usize = 64;
     const LENGTH: usize = 256;
     let count = rows.n_rows();
     let length = LENGTH.min(count);
     let (mut a, mut b) = (vec![0.0; length], vec![0.0; length]);
-    let mut steps = Vec::with_capacity(PLACES * LENGTH);
-    for place in 0..PLACES {
-        let from = (count - length) * place / (PLACES - 1);
+    let mut steps = Vec::with_capacity(N_BLOCKS * LENGTH);
+    for k in 0..N_BLOCKS {
+        let from = (count - length) * k / (N_BLOCKS - 1);
         rows.read(from, &mut a, &mut b)?;
         let block = if is_output { &b } else { &a };
         steps.extend(block.windows(2).map(|w| (w[1] - w[0]).abs()));
@@ -234,15 +234,15 @@ mod tests {
             .collect()
     }
 
-    /// A counter of 16 bits up, an angle in degrees down, over several blocks.
+    /// A rising 16-bit counter and a falling angle in degrees, over several blocks.
     #[test]
     fn exact_wrapped_readings() {
         let up = ramp(37.3, 65536.0);
         let down: Vec<f64> = ramp(0.7, 360.0).iter().map(|x| 359.0 - x).collect();
         let rows = MemoryReadings(&up, &down);
-        let known = [256.0, 65536.0];
+        let periods = [256.0, 65536.0];
         assert_eq!(
-            detect_wrap(&rows, false, "a", &known).unwrap(),
+            detect_wrap(&rows, false, "a", &periods).unwrap(),
             Some(65536.0)
         );
         assert_eq!(

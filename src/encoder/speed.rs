@@ -1,18 +1,18 @@
-//! Output speed by pitch: pitch angle over its passage time.
+//! Output speed by pitch: pitch angle over passage time.
 
 use std::f64::consts::TAU;
 
-/// Speed over a record.
+/// Output speed over a record.
 #[derive(Debug, Clone)]
 pub struct SpeedTrace {
-    /// Middle of each pitch, turns of the output.
+    /// Angle at the middle of each pitch, revolutions of the output.
     pub turns: Vec<f64>,
-    /// Speed of the output over that pitch, rad/s; negative where it turned back.
+    /// Mean output speed over each pitch, rad/s; negative in reverse rotation.
     pub speed: Vec<f64>,
 }
 
 impl SpeedTrace {
-    /// Mean of the size, least and most, rad/s.
+    /// Mean, minimum and maximum of the absolute speed, rad/s.
     pub fn range(&self) -> (f64, f64, f64) {
         let sizes = || self.speed.iter().map(|s| s.abs());
         (
@@ -23,23 +23,23 @@ impl SpeedTrace {
     }
 }
 
-/// Passages of pitches, as rows come.
+/// Timer of pitch passages, fed row by row.
 pub struct PitchTimer {
     rate_hz: f64,
     teeth: f64,
-    before: Option<(usize, f64)>,
-    passed: Option<(f64, f64)>,
+    previous: Option<(usize, f64)>,
+    last_edge: Option<(f64, f64)>,
     estimates: SpeedTrace,
 }
 
 impl PitchTimer {
-    /// Rows a second, and pitches a turn.
+    /// Timer for a sample rate, Hz, and a number of pitches per revolution.
     pub fn new(rate_hz: f64, teeth: usize) -> PitchTimer {
         PitchTimer {
             rate_hz,
             teeth: teeth as f64,
-            before: None,
-            passed: None,
+            previous: None,
+            last_edge: None,
             estimates: SpeedTrace {
                 turns: Vec::new(),
                 speed: Vec::new(),
@@ -47,59 +47,59 @@ impl PitchTimer {
         }
     }
 
-    /// Rows from `first` on, turns of the output.
+    /// Adds the rows from index `first` on: output angles in revolutions.
     pub fn push(&mut self, first: usize, turns: &[f64]) {
-        // The pitch that the row before lies in; rows inside it pass nothing.
-        let mut inside = f64::NAN;
+        // Pitch of the previous row; rows in the same pitch pass no boundary.
+        let mut current = f64::NAN;
         for (i, x) in turns.iter().enumerate() {
             let (row, pitch) = (first + i, x * self.teeth);
-            if (0.0..1.0).contains(&(pitch - inside)) {
-                self.before = Some((row, pitch));
+            if (0.0..1.0).contains(&(pitch - current)) {
+                self.previous = Some((row, pitch));
                 continue;
             }
-            if let Some((last, before)) = self.before
+            if let Some((last, previous)) = self.previous
                 && last + 1 == row
             {
-                let (low, high) = (before.min(pitch), before.max(pitch));
+                let (low, high) = (previous.min(pitch), previous.max(pitch));
                 let edge = floor_pitch(low) + 1.0;
-                // The border lies between these two rows; of several in one row the first is taken.
+                // The pitch boundary lies between these two rows; of several, the first is used.
                 if edge <= high {
-                    let part = (edge - before) / (pitch - before);
+                    let part = (edge - previous) / (pitch - previous);
                     self.pass(edge, last as f64 + part);
                 }
             } else {
-                self.passed = None;
+                self.last_edge = None;
             }
-            self.before = Some((row, pitch));
-            inside = floor_pitch(pitch);
+            self.previous = Some((row, pitch));
+            current = floor_pitch(pitch);
         }
     }
 
     fn pass(&mut self, edge: f64, row: f64) {
-        if let Some((from, at)) = self.passed
-            && from != edge
-            && row > at
+        if let Some((start, start_row)) = self.last_edge
+            && start != edge
+            && row > start_row
         {
-            let turns = (edge - from) / self.teeth;
-            self.estimates.turns.push(0.5 * (edge + from) / self.teeth);
+            let turns = (edge - start) / self.teeth;
+            self.estimates.turns.push(0.5 * (edge + start) / self.teeth);
             self.estimates
                 .speed
-                .push(TAU * turns * self.rate_hz / (row - at));
+                .push(TAU * turns * self.rate_hz / (row - start_row));
         }
-        self.passed = Some((edge, row));
+        self.last_edge = Some((edge, row));
     }
 
-    /// The speeds; nothing where no pitch passed.
+    /// Speeds of the pitches; `None` without a complete pitch.
     pub fn finish(self) -> Option<SpeedTrace> {
         (!self.estimates.speed.is_empty()).then_some(self.estimates)
     }
 }
 
-/// The whole number at or below, of pitches that a record can hold.
+/// Floor of a pitch number, within the range of `i64`.
 fn floor_pitch(x: f64) -> f64 {
-    let towards_zero = x as i64 as f64;
-    match towards_zero > x {
-        true => towards_zero - 1.0,
-        false => towards_zero,
+    let truncated = x as i64 as f64;
+    match truncated > x {
+        true => truncated - 1.0,
+        false => truncated,
     }
 }

@@ -51,7 +51,7 @@ pub struct RecordSurvey {
     /// Row, input angle and output angle, rad, at equally spaced rows.
     pub points: Vec<(usize, f64, f64)>,
     /// Number of rows at rest at the beginning and at the end, outside of all runs.
-    pub still: [usize; 2],
+    pub rest_rows: [usize; 2],
 }
 
 /// Measured transmission ratio of a record and its uncertainty.
@@ -75,7 +75,7 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
         runs: Vec::new(),
         max_increment: 0.0,
         points: Vec::with_capacity(POINTS + 1),
-        still: [0, 0],
+        rest_rows: [0, 0],
     };
     let rest_band = (MAX_REST_STEPS.0 * scales.input.step).max(MAX_REST_STEPS.1 * TAU);
     // Row and angle at the end of the rest before the first run.
@@ -204,14 +204,14 @@ impl RecordSurvey {
             let rows = rest_end.0.saturating_sub(run.rows.start);
             if is_rest(run, rows) {
                 (run.rows.start, run.input.0) = rest_end;
-                self.still[0] = rows;
+                self.rest_rows[0] = rows;
             }
         }
         if let Some(run) = self.runs.last_mut() {
             let rows = run.rows.end.saturating_sub(last_advance.0 + 1);
             if is_rest(run, rows) {
                 (run.rows.end, run.input.1) = (last_advance.0 + 1, last_advance.1);
-                self.still[1] = rows;
+                self.rest_rows[1] = rows;
             }
         }
     }
@@ -298,10 +298,10 @@ impl RecordSurvey {
                 None => format!("row {}", row + 1),
             };
             let message = format!(
-                "something slips: {comparison}; {share:.0} % of the difference arises near {position}"
+                "slip: {comparison}; {share:.0} % of the difference arises near {position}"
             );
             return Err(Error::new(Code::Slip, message)
-                .with_hint("check couplings, clamps and belts; take a segment in which nothing slips: --after, --before"));
+                .with_hint("check couplings, clamps and belts; choose a segment without slip: --after, --before"));
         }
         let largest = teeth
             .pairs()
@@ -321,11 +321,11 @@ impl RecordSurvey {
             factor > 1.5 && (factor / factor.round() - 1.0).abs() <= measured.relative_uncertainty;
         if is_integer {
             let message = format!(
-                "{comparison}, {} by exactly {factor:.0}",
+                "{comparison}, {} by a factor of exactly {factor:.0}",
                 if ratio > 1.0 { "too many" } else { "too few" }
             );
             return Err(Error::new(Code::RatioMismatch, message).with_hint(
-                "a whole factor comes from the encoders: check --lines and --counts-per-line of both, then --teeth",
+                "check --lines and --counts-per-line of both encoders (the factor is whole), then --teeth",
             ));
         }
         Err(Error::new(Code::RatioMismatch, format!("{comparison}{nearest}"))

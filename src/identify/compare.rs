@@ -13,7 +13,7 @@ pub fn mac(a: &[Vec<Complex>], b: &[Vec<Complex>]) -> Matrix {
     Matrix::from_fn(a.len(), b.len(), |i, j| mac::mac(&a[i], &b[j]))
 }
 
-/// MAC of shapes with each other; large off the diagonal where the outputs do not tell two modes apart.
+/// MAC of shapes with each other; large off the diagonal where the outputs do not distinguish two modes.
 pub fn auto_mac(shapes: &[Vec<Complex>]) -> Matrix {
     mac(shapes, shapes)
 }
@@ -25,7 +25,7 @@ fn moment_sums(shape: &[Complex]) -> (f64, f64, f64) {
     })
 }
 
-/// Modal phase collinearity, 0 to 1: 1 where all components lie on one line through the origin.
+/// Modal phase collinearity, 0 to 1: 1 if all components lie on one line through the origin.
 ///
 /// `((xx − yy)² + 4 xy²) / (xx + yy)²`; 0 for a zero shape.
 pub fn phase_collinearity(shape: &[Complex]) -> f64 {
@@ -34,7 +34,7 @@ pub fn phase_collinearity(shape: &[Complex]) -> f64 {
     if value.is_finite() { value } else { 0.0 }
 }
 
-/// Mean phase of a shape, rad, −π/2 to π/2: the line through the origin nearest to its components in squares.
+/// Mean phase of a shape, rad, −π/2 to π/2: the line through the origin that fits its components by least squares.
 pub fn mean_phase(shape: &[Complex]) -> f64 {
     let (xx, yy, xy) = moment_sums(shape);
     (2.0 * xy).atan2(xx - yy) / 2.0
@@ -45,8 +45,8 @@ pub fn mean_phase_deviation(shape: &[Complex]) -> f64 {
     let line = Complex::new(0.0, -mean_phase(shape)).exp();
     let (mut sum, mut weights) = (0.0, 0.0);
     for z in shape {
-        let turned = z * line;
-        sum += z.norm() * turned.im.abs().atan2(turned.re.abs());
+        let rotated = z * line;
+        sum += z.norm() * rotated.im.abs().atan2(rotated.re.abs());
         weights += z.norm();
     }
     if weights > 0.0 {
@@ -56,21 +56,21 @@ pub fn mean_phase_deviation(shape: &[Complex]) -> f64 {
     }
 }
 
-/// Share of a shape's square that lies off its mean phase, 0 for a real shape, at most one half.
+/// Share of the squared norm of a shape perpendicular to its mean phase: 0 for a real shape, at most one half.
 pub fn off_axis_share(shape: &[Complex]) -> f64 {
     (1.0 - phase_collinearity(shape).sqrt()) / 2.0
 }
 
-/// Frequency response assurance criterion of a measured and a fitted response, 0 to 1; blind to a common factor.
+/// Frequency response assurance criterion of a measured and a fitted response, 0 to 1; independent of a common factor.
 pub fn frac(measured: &[Complex], fitted: &[Complex]) -> f64 {
     mac::mac(measured, fitted)
 }
 
-/// `‖fitted − measured‖ / ‖measured‖`; nothing where the measurement is zero or the lengths differ.
+/// Relative error `‖fitted − measured‖ / ‖measured‖`; `None` if the measured response is zero or the lengths differ.
 pub fn synthesis_error(measured: &[Complex], fitted: &[Complex]) -> Option<f64> {
-    let apart: Vec<Complex> = measured.iter().zip(fitted).map(|(m, f)| f - m).collect();
+    let diff: Vec<Complex> = measured.iter().zip(fitted).map(|(m, f)| f - m).collect();
     let error =
-        (hermitian_product(&apart, &apart).re / hermitian_product(measured, measured).re).sqrt();
+        (hermitian_product(&diff, &diff).re / hermitian_product(measured, measured).re).sqrt();
     (measured.len() == fitted.len() && error.is_finite()).then_some(error)
 }
 
@@ -78,12 +78,12 @@ pub fn synthesis_error(measured: &[Complex], fitted: &[Complex]) -> Option<f64> 
 mod tests {
     use super::*;
 
-    /// A real shape turned by a phase is collinear; (1, i) is as complex as a shape can be; (1, i/2) has xx = 1, yy = ¼.
+    /// A real shape rotated by a phase is collinear; (1, i) is as complex as a shape can be; (1, i/2) has xx = 1, yy = ¼.
     #[test]
     fn exact_collinearity() {
         let z = Complex::new;
-        let turn = z(0.0, 0.4).exp();
-        let real: Vec<Complex> = [1.0, -0.5, 0.2].iter().map(|&x| turn * x).collect();
+        let rotation = z(0.0, 0.4).exp();
+        let real: Vec<Complex> = [1.0, -0.5, 0.2].iter().map(|&x| rotation * x).collect();
         assert!((phase_collinearity(&real) - 1.0).abs() < 1e-14);
         assert!((mean_phase(&real) - 0.4).abs() < 1e-14);
         assert!(mean_phase_deviation(&real) < 1e-7 && off_axis_share(&real) < 1e-14);

@@ -1,12 +1,12 @@
-//! Mode shapes on points from components along measured directions: `u` of least length with `Σ (d_k·u − v_k)²` least.
+//! Displacements of points from components along measured directions: the minimum-norm solution of `min Σ (d_k·u − v_k)²`.
 
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix, lstsq};
 
-/// Displacement along x, y, z.
+/// Complex displacement along x, y and z.
 pub type Displacement = [Complex; 3];
 
-/// Displacements of points from the values of channels, each with its point and unit direction; `None` for a point without a channel.
+/// Displacements of points from channel values; each channel has a point index and a unit direction. `None` for a point without a channel.
 ///
 /// # Errors
 /// `Overflow` where a value is not finite.
@@ -15,27 +15,27 @@ pub fn point_displacements(
     channels: &[(usize, [f64; 3])],
     values: &[Complex],
 ) -> Result<Vec<Option<Displacement>>, Error> {
-    let of_point = |point: usize| {
-        let own: Vec<usize> = (0..channels.len())
+    let displacement = |point: usize| {
+        let indices: Vec<usize> = (0..channels.len())
             .filter(|&k| channels[k].0 == point)
             .collect();
-        if own.is_empty() {
+        if indices.is_empty() {
             return Ok(None);
         }
-        // Rows of zeros complete three equations.
-        let rows = own.len().max(3);
-        let row = |i: usize| own.get(i).copied();
+        // Zero rows pad the system to three equations.
+        let rows = indices.len().max(3);
+        let row = |i: usize| indices.get(i).copied();
         let directions = Matrix::from_fn(rows, 3, |i, j| row(i).map_or(0.0, |k| channels[k].1[j]));
         let measured = Matrix::from_fn(rows, 2, |i, j| {
             let value = row(i).map_or(Complex::ZERO, |k| values[k]);
             if j == 0 { value.re } else { value.im }
         });
-        let found = lstsq::lstsq(&directions, &measured)?;
+        let solution = lstsq::lstsq(&directions, &measured)?;
         Ok(Some(std::array::from_fn(|k| {
-            Complex::new(found[(k, 0)], found[(k, 1)])
+            Complex::new(solution[(k, 0)], solution[(k, 1)])
         })))
     };
-    (0..n_points).map(of_point).collect()
+    (0..n_points).map(displacement).collect()
 }
 
 #[cfg(test)]
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn exact_displacements() {
         let z = Complex::new;
-        let near = |a: Complex, b: Complex| (a - b).norm() < 1e-14;
+        let agree = |a: Complex, b: Complex| (a - b).norm() < 1e-14;
         let channels = [
             (2, [0.0, 0.0, -1.0]),
             (0, [1.0, 0.0, 0.0]),
@@ -62,15 +62,15 @@ mod tests {
             z(1.0, 0.0),
             z(3.0, 0.0),
         ];
-        let found = point_displacements(4, &channels, &values).unwrap();
-        let [plane, none, single, twice] = &found[..] else {
+        let displacements = point_displacements(4, &channels, &values).unwrap();
+        let [plane, unmeasured, single, averaged] = &displacements[..] else {
             panic!()
         };
-        assert!(none.is_none());
+        assert!(unmeasured.is_none());
         let plane = plane.unwrap();
-        assert!(near(plane[0], u[0]) && near(plane[1], u[1]) && near(plane[2], Complex::ZERO));
+        assert!(agree(plane[0], u[0]) && agree(plane[1], u[1]) && agree(plane[2], Complex::ZERO));
         let single = single.unwrap();
-        assert!(near(single[2], z(-0.5, -0.25)) && near(single[0], Complex::ZERO));
-        assert!(near(twice.unwrap()[1], z(2.0, 0.0)));
+        assert!(agree(single[2], z(-0.5, -0.25)) && agree(single[0], Complex::ZERO));
+        assert!(agree(averaged.unwrap()[1], z(2.0, 0.0)));
     }
 }

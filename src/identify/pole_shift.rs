@@ -1,40 +1,40 @@
-//! Shift of a pole: near it a response departs by `A δp/(jω − p)² + a/(jω − p) + b`, to first order, A its residue.
+//! Shift δp of a pole: a response near the pole changes by `A δp/(jω − p)² + a/(jω − p) + b` to first order, with A its residue.
 //!
-//! δp by least squares over the lines near the pole, its part along the other two terms taken off. Shifts beyond a quarter of the
-//! half-power width are understated.
+//! δp is fitted by least squares over the lines near the pole, orthogonal to the other two terms. Shifts beyond a quarter of the
+//! half-power width are underestimated.
 
 use std::f64::consts::TAU;
 
 use crate::numeric::Complex;
 
-/// `1/(jω − p)` and `1/(jω − p)²` at ω, rad/s.
+/// Partial fractions `1/(jω − p)` and `1/(jω − p)²` at ω; ω and p in rad/s.
 pub fn partial_fraction(omega: f64, pole: Complex) -> (Complex, Complex) {
     let first = Complex::new(1.0, 0.0) / (Complex::new(0.0, omega) - pole);
     (first, first * first)
 }
 
-/// The terms of a shift on the lines near a pole, scaled to sizes about one: `first = |σ|/(jω − p)`, so that a shift δp of residue
-/// A is `a (δp/|σ|) first²`.
+/// Orthogonal basis of a pole shift on the lines near the pole, scaled to order one: with `first = |σ|/(jω − p)` a shift δp changes a
+/// response by `a (δp/|σ|) first²`, a = A/|σ|.
 pub struct ShiftBasis {
-    /// A constant and `1/(jω − p)`, orthonormal.
-    others: [Vec<Complex>; 2],
-    /// `1/(jω − p)` without its part along the constant.
-    own: Vec<Complex>,
-    /// `1/(jω − p)²` without its parts along both.
+    /// Constant and `1/(jω − p)`, orthonormalised.
+    lower: [Vec<Complex>; 2],
+    /// `1/(jω − p)`, orthogonal to the constant.
+    pole: Vec<Complex>,
+    /// `1/(jω − p)²`, orthogonal to both.
     shift: Vec<Complex>,
 }
 
 impl ShiftBasis {
-    /// The basis of `1/(jω − p)` and `1/(jω − p)²` on lines, and the decay rate of the pole, 1/s.
+    /// Basis from the values of `1/(jω − p)` and `1/(jω − p)²` at each line and the decay rate |σ| of the pole, 1/s.
     pub fn new(terms: impl Iterator<Item = (Complex, Complex)>, decay_rate: f64) -> ShiftBasis {
-        let (mut own, mut shift): (Vec<Complex>, Vec<Complex>) = terms
+        let (mut pole, mut shift): (Vec<Complex>, Vec<Complex>) = terms
             .map(|(first, second)| (first * decay_rate, second * decay_rate * decay_rate))
             .unzip();
-        let level = unit(vec![Complex::new(1.0, 0.0); own.len()]);
-        take_off(&mut own, &level);
-        let others = [level, unit(own.clone())];
-        others.iter().for_each(|b| take_off(&mut shift, b));
-        ShiftBasis { others, own, shift }
+        let constant = normalise(vec![Complex::new(1.0, 0.0); pole.len()]);
+        project_out(&mut pole, &constant);
+        let lower = [constant, normalise(pole.clone())];
+        lower.iter().for_each(|b| project_out(&mut shift, b));
+        ShiftBasis { lower, pole, shift }
     }
 
     /// `Σ |shift|²` over the lines.
@@ -42,22 +42,22 @@ impl ShiftBasis {
         power(&self.shift)
     }
 
-    /// The residue of a response, over the decay rate.
+    /// Residue of a response divided by the decay rate.
     pub fn residue(&self, response: &[Complex]) -> Complex {
-        along(&self.own, response) / power(&self.own)
+        inner_product(&self.pole, response) / power(&self.pole)
     }
 
-    /// The coefficient of the shift in a departure; what no term explains is left of the departure.
+    /// Coefficient of the shift in a departure; on return `departure` holds the part that no term explains.
     pub fn split_shift(&self, departure: &mut [Complex]) -> Complex {
-        self.others.iter().for_each(|b| take_off(departure, b));
-        let part = along(&self.shift, departure) / self.shift_power();
-        (departure.iter_mut().zip(&self.shift)).for_each(|(x, s)| *x -= part * s);
-        part
+        self.lower.iter().for_each(|b| project_out(departure, b));
+        let coefficient = inner_product(&self.shift, departure) / self.shift_power();
+        (departure.iter_mut().zip(&self.shift)).for_each(|(x, s)| *x -= coefficient * s);
+        coefficient
     }
 }
 
-/// Shift of the natural frequency of a pole in some responses, rad/s, and its standard deviation, from what a fit misses on the lines near
-/// the pole: `measured` and `fitted` by response and line. None where no response shows the pole.
+/// Shift of the natural frequency of a pole and its standard deviation, rad/s, from the misfit of a fit on the lines near the pole;
+/// `measured` and `fitted` by response and line. `None` if the pole has no residue in any response.
 pub fn shift_of_misfit(
     frequency_hz: &[f64],
     measured: &[Vec<Complex>],
@@ -67,39 +67,39 @@ pub fn shift_of_misfit(
     let terms = |f: &f64| partial_fraction(TAU * f, pole);
     let basis = ShiftBasis::new(frequency_hz.iter().map(terms), pole.re.abs());
     let norm = basis.shift_power();
-    let (mut shift, mut weight, mut left) = (Complex::new(0.0, 0.0), 0.0, 0.0);
+    let (mut shift, mut weight, mut residual) = (Complex::new(0.0, 0.0), 0.0, 0.0);
     for (measured, fitted) in measured.iter().zip(fitted) {
         let residue = basis.residue(fitted);
         let mut misfit: Vec<Complex> = measured.iter().zip(fitted).map(|(m, f)| m - f).collect();
-        let part = basis.split_shift(&mut misfit);
-        shift += residue.conj() * part;
+        let coefficient = basis.split_shift(&mut misfit);
+        shift += residue.conj() * coefficient;
         weight += residue.norm_sqr();
-        left += misfit.iter().map(Complex::norm_sqr).sum::<f64>();
+        residual += misfit.iter().map(Complex::norm_sqr).sum::<f64>();
     }
     let dofs = (measured.len() * (frequency_hz.len() - 3)) as f64;
-    let variance = left / dofs / norm / weight;
-    let size = pole.re.abs();
-    (weight > 0.0).then(|| (size * (shift / weight).im, size * (0.5 * variance).sqrt()))
+    let variance = residual / dofs / norm / weight;
+    let sigma = pole.re.abs();
+    (weight > 0.0).then(|| (sigma * (shift / weight).im, sigma * (0.5 * variance).sqrt()))
 }
 
-/// `Σ |x|²`.
+/// Squared norm `Σ |x|²`.
 pub fn power(x: &[Complex]) -> f64 {
     x.iter().map(Complex::norm_sqr).sum()
 }
 
-/// `⟨b, x⟩`, b conjugated.
-fn along(b: &[Complex], x: &[Complex]) -> Complex {
+/// Inner product `⟨b, x⟩ = Σ b* x`.
+fn inner_product(b: &[Complex], x: &[Complex]) -> Complex {
     b.iter().zip(x).map(|(b, x)| b.conj() * x).sum()
 }
 
-/// Takes the part of `x` along a unit vector off.
-fn take_off(x: &mut [Complex], unit: &[Complex]) {
-    let part = along(unit, x);
-    x.iter_mut().zip(unit).for_each(|(x, b)| *x -= part * b);
+/// Subtracts the projection of `x` on a unit vector.
+fn project_out(x: &mut [Complex], unit_vector: &[Complex]) {
+    let c = inner_product(unit_vector, x);
+    x.iter_mut().zip(unit_vector).for_each(|(x, b)| *x -= c * b);
 }
 
-/// A vector over its length.
-fn unit(mut x: Vec<Complex>) -> Vec<Complex> {
+/// Divides a vector by its norm.
+fn normalise(mut x: Vec<Complex>) -> Vec<Complex> {
     let size = power(&x).sqrt();
     x.iter_mut().for_each(|z| *z /= size);
     x

@@ -1,100 +1,100 @@
-//! Reciprocity: of a linear structure `H_oi = H_io` (Ewins, Modal Testing, 2nd ed. (2000), §2.3). Where a pair of points was driven both
-//! ways, the difference of the two responses is compared with what their variances explain.
+//! Reciprocity of a linear structure, `H_oi = H_io` (Ewins, Modal Testing, 2nd ed. (2000), §2.3): the difference of the two responses of a
+//! pair of points, each excited once, is compared with their variances.
 
 use crate::base::error::Diagnostic;
 use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
 
-/// Two responses that reciprocity makes equal.
+/// Pair of reciprocal responses and their difference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reciprocity {
-    /// Output and input of the first; those of the second are at the same points, exchanged.
+    /// Output and input of the first response.
     pub first: (String, String),
-    /// Output and input of the second.
+    /// Output and input of the second response, at the same points exchanged.
     pub second: (String, String),
-    /// Root mean square difference over that of the responses, over the lines of the band.
+    /// Rms difference of the responses relative to their rms value, over the lines of the band.
     pub difference: f64,
-    /// The same as their variances explain it; `None` where these are not known.
+    /// Relative rms difference that the variances explain; `None` if a variance is unknown.
     pub explained: Option<f64>,
 }
 
-/// The difference is more than noise where it is so many times what the variances explain: variances of few averages are off by up
-/// to a half.
-const BEYOND: f64 = 1.5;
+/// Ratio of the difference to that explained by the variances above which it exceeds the noise: variances of few averages are
+/// uncertain by up to one half.
+const NOISE_FACTOR: f64 = 1.5;
 
-/// Without variances a difference of this share is worth a warning.
-const LARGE: f64 = 0.1;
+/// Largest relative difference without a warning if the variances are unknown.
+const MAX_DIFFERENCE: f64 = 0.1;
 
 impl Reciprocity {
-    /// Whether the two differ by more than their noise.
-    pub fn is_broken(&self) -> bool {
-        self.difference > self.explained.map_or(LARGE, |e| BEYOND * e)
+    /// Returns `true` if the responses differ by more than their noise.
+    pub fn exceeds_noise(&self) -> bool {
+        self.difference > self.explained.map_or(MAX_DIFFERENCE, |e| NOISE_FACTOR * e)
     }
 }
 
-/// Every pair of points that was driven both ways. A point has one name as output and as input, or is a driving point `(input, output)`.
+/// Reciprocal pairs of responses in `band_hz`. A point has one name as output and as input, or is a driving point `(input, output)`.
 pub fn pairs(
     responses: &FrequencyResponses,
     driving_points: &[(String, String)],
     band_hz: (f64, f64),
 ) -> Vec<Reciprocity> {
     let point_of = |input: &str| -> String {
-        let known = driving_points.iter().find(|p| p.0 == input);
-        known.map_or(input, |p| &p.1).to_string()
+        let driving_point = driving_points.iter().find(|p| p.0 == input);
+        driving_point.map_or(input, |p| &p.1).to_string()
     };
-    let ends = |f: &FrequencyResponse| {
+    let points = |f: &FrequencyResponse| {
         let input = f.input.as_ref()?;
         Some((f.output.name.clone(), point_of(&input.name)))
     };
-    let all = &responses.responses;
-    let mut found = Vec::new();
-    for (k, f) in all.iter().enumerate() {
-        for g in &all[k + 1..] {
-            let (Some(a), Some(b)) = (ends(f), ends(g)) else {
+    let list = &responses.responses;
+    let mut reciprocal_pairs = Vec::new();
+    for (k, f) in list.iter().enumerate() {
+        for g in &list[k + 1..] {
+            let (Some(a), Some(b)) = (points(f), points(g)) else {
                 continue;
             };
             let is_pair = a.0 == b.1 && a.1 == b.0 && a.0 != a.1;
             if is_pair && units(f) == units(g) {
-                found.extend(compared(responses, f, g, band_hz));
+                reciprocal_pairs.extend(compare(responses, f, g, band_hz));
             }
         }
     }
-    found
+    reciprocal_pairs
 }
 
 fn units(f: &FrequencyResponse) -> (&str, &str) {
     (&f.output.unit, f.input.as_ref().map_or("", |i| &i.unit))
 }
 
-fn compared(
+fn compare(
     responses: &FrequencyResponses,
     f: &FrequencyResponse,
     g: &FrequencyResponse,
     (low, high): (f64, f64),
 ) -> Option<Reciprocity> {
-    let inside = |&k: &usize| {
+    let in_band = |&k: &usize| {
         (low..=high).contains(&responses.frequency_hz[k]) && responses.is_determined(k)
     };
-    let lines: Vec<usize> = (0..responses.frequency_hz.len()).filter(inside).collect();
-    let sum = |of: &dyn Fn(usize) -> f64| lines.iter().map(|&k| of(k)).sum::<f64>();
-    let size = 0.5 * sum(&|k| f.values[k].norm_sqr() + g.values[k].norm_sqr());
-    let apart = sum(&|k| (f.values[k] - g.values[k]).norm_sqr());
+    let lines: Vec<usize> = (0..responses.frequency_hz.len()).filter(in_band).collect();
+    let sum = |value: &dyn Fn(usize) -> f64| lines.iter().map(|&k| value(k)).sum::<f64>();
+    let power = 0.5 * sum(&|k| f.values[k].norm_sqr() + g.values[k].norm_sqr());
+    let difference = sum(&|k| (f.values[k] - g.values[k]).norm_sqr());
     let variance = f.variance.as_ref().zip(g.variance.as_ref());
-    let explained = variance.map(|(v, w)| (sum(&|k| v[k] + w[k]) / size).sqrt());
+    let explained = variance.map(|(v, w)| (sum(&|k| v[k] + w[k]) / power).sqrt());
     let names = |f: &FrequencyResponse| {
         let input = f.input.as_ref().map_or(String::new(), |i| i.name.clone());
         (f.output.name.clone(), input)
     };
-    (size > 0.0).then(|| Reciprocity {
+    (power > 0.0).then(|| Reciprocity {
         first: names(f),
         second: names(g),
-        difference: (apart / size).sqrt(),
+        difference: (difference / power).sqrt(),
         explained,
     })
 }
 
-/// Says which pairs differ by more than their noise.
-pub fn warning(all: &[Reciprocity]) -> Option<Diagnostic> {
-    let broken: Vec<String> = (all.iter().filter(|r| r.is_broken()))
+/// Data-quality warning that lists the pairs whose difference exceeds the noise.
+pub fn warning(pairs: &[Reciprocity]) -> Option<Diagnostic> {
+    let differences: Vec<String> = (pairs.iter().filter(|r| r.exceeds_noise()))
         .map(|r| {
             let explained = r.explained.map_or(String::new(), |e| {
                 format!(", where noise explains {:.2} %", 100.0 * e)
@@ -109,9 +109,9 @@ pub fn warning(all: &[Reciprocity]) -> Option<Diagnostic> {
             )
         })
         .collect();
-    (!broken.is_empty()).then(|| Diagnostic {
+    (!differences.is_empty()).then(|| Diagnostic {
         code: "not-reciprocal",
-        message: format!("responses that reciprocity makes equal differ: {}", broken.join("; ")),
+        message: format!("reciprocal responses differ: {}", differences.join("; ")),
         hint: Some("check whether force and sensor at each of the two points act along one direction, and drive both at one level: a structure that is not linear is not reciprocal".into()),
     })
 }

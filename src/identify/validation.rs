@@ -17,15 +17,15 @@ pub(super) fn check_rate(rate_hz: f64) -> Result<(), Error> {
 /// Refuses samples that are absent, not finite or all alike; `what` names the signal.
 pub(super) fn check_samples(samples: &[f64], what: &str) -> Result<(), Error> {
     let Some(first) = samples.first() else {
-        return Err(Error::new(Code::EmptyLog, format!("{what} has no sample"))
-            .with_hint("take a segment of the record that holds samples"));
+        return Err(Error::new(Code::EmptyLog, format!("{what} has no samples"))
+            .with_hint("choose a segment of the record with samples"));
     };
     if let Some(at) = samples.iter().position(|x| !x.is_finite()) {
         return Err(Error::new(
             Code::NotANumber,
             format!("sample {at} of {what} is {}", samples[at]),
         )
-        .with_hint("take each segment between gaps alone, or fill the gaps"));
+        .with_hint("analyse each segment between gaps separately, or fill the gaps"));
     }
     if samples.iter().all(|x| x == first) {
         return Err(Error::new(

@@ -212,14 +212,14 @@ fn add_face_mill_forces(
         };
         if mill.slot.is_none() && axis != Axis::Z {
             let message = format!(
-                "`{}` also moves along {}, and the angle of its slot is not stated",
+                "`{}` also moves along {}, and its slot angle is not stated",
                 head.text,
                 axis.name()
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&head.span)
                 .with_hint(
-                    "add `slot = \"0 deg\"`, the place of the slot round the head from x to y",
+                    "add `slot = \"0 deg\"`, the angle of the slot on the head from x to y",
                 ));
         }
         let whole = LoadHistory::FaceMill(mill.clone());
@@ -234,7 +234,7 @@ fn slide_dof(builder: &MachineBuilder, node: &model::Name) -> Result<usize, Erro
     let turns = builder.dof(node, Axis::Theta)?.is_some();
     let along = builder.dof(node, Axis::Z)?.filter(|_| !turns);
     along.ok_or_else(|| {
-        let message = format!("`{}` turns, and a `force` pushes what slides", node.text);
+        let message = format!("`{}` turns, and a `force` acts on a slide", node.text);
         Error::new(Code::Conflict, message)
             .with_span(&node.span)
             .with_hint("give a `torque`, or name a [[slide]]")

@@ -53,12 +53,12 @@ impl MachineBuilder {
         let at = self.find(node)?;
         if !self.axes[at].contains(&Axis::Theta) && axis != Axis::Z {
             let message = format!(
-                "`{}` slides along z, and has no axis {}",
+                "`{}` slides along z and has no axis {}",
                 node.text,
                 axis.name()
             );
             return Err(Error::new(Code::Conflict, message).with_span(&node.span).with_hint(
-                "a slide takes `k_z` and `c_z`; a body that moves in other ways is an [[inertia]]",
+                "give a slide `k_z` and `c_z` only; declare a body with other axes as [[inertia]]",
             ));
         }
         self.axes[at].insert(axis);
@@ -79,10 +79,10 @@ impl MachineBuilder {
     pub fn theta(&self, node: &Name) -> Result<usize, Error> {
         let at = self.find(node)?;
         self.numbers.get(&(at, Axis::Theta)).copied().ok_or_else(|| {
-            let message = format!("`{}` slides, and does not turn", node.text);
+            let message = format!("`{}` slides and does not turn", node.text);
             Error::new(Code::Conflict, message)
                 .with_span(&node.span)
-                .with_hint("a [[screw]] moves it, `k_z` and `c_z` of a [[bearing]] hold it, `force` of a [[load]] pushes it")
+                .with_hint("move it by a [[screw]], support it by `k_z` and `c_z` of a [[bearing]], load it by `force` of a [[load]]")
         })
     }
 

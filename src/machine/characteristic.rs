@@ -1,18 +1,18 @@
 //! Nonlinear force–deflection characteristic, odd in δ: power law or monotone cubic table.
 //!
-//! Cubics: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, eq. (5) with their weights; beyond the last point a straight line goes on.
+//! Cubics: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, eq. (5) with their weights; linear extrapolation beyond the last point.
 
 use crate::numeric::hermite_cubic::HermiteCubic;
 pub use crate::scene::laws::Characteristic;
 
-/// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
+/// Relative change of a secant below which the iteration has converged: a few roundings of a dense solve.
 pub const SECANT_TOLERANCE: f64 = 1e-12;
 
-/// Rounds after which secants that still move never settle.
+/// Maximum number of secant iterations.
 pub const MAX_SECANT_ITERATIONS: usize = 500;
 
 impl Characteristic {
-    /// F at δ, N or N·m.
+    /// Force F at the deflection δ (m or rad), N or N·m.
     pub fn force(&self, delta: f64) -> f64 {
         let size = delta.abs();
         let force = match self {
@@ -24,7 +24,7 @@ impl Characteristic {
         force.copysign(delta)
     }
 
-    /// dF/dδ at δ, N/m or N·m/rad.
+    /// Tangent stiffness dF/dδ at δ, N/m or N·m/rad.
     pub fn tangent(&self, delta: f64) -> f64 {
         let size = delta.abs();
         match self {
@@ -35,7 +35,7 @@ impl Characteristic {
         }
     }
 
-    /// ∫F dδ from rest, J.
+    /// Potential energy `∫ F dδ` from δ = 0, J.
     pub fn potential_energy(&self, delta: f64) -> f64 {
         let size = delta.abs();
         match self {
@@ -43,15 +43,15 @@ impl Characteristic {
                 factor, exponent, ..
             } => factor * size.powf(exponent + 1.0) / (exponent + 1.0),
             Characteristic::Table(points) => {
-                let whole = (1..points.len())
+                let segment_energies = (1..points.len())
                     .take_while(|&i| points[i].0 <= size)
                     .map(|i| segment_after(points, i - 1).area(points[i].0));
-                whole.sum::<f64>() + segment_at(points, size).area(size)
+                segment_energies.sum::<f64>() + segment_at(points, size).area(size)
             }
         }
     }
 
-    /// δ that F takes, m or rad; the least one where the curve is flat.
+    /// Deflection δ at the force F, m or rad; the smallest one if the curve is flat there.
     pub fn deflection(&self, force: f64) -> f64 {
         let size = force.abs();
         let delta = match self {
@@ -73,7 +73,7 @@ impl Characteristic {
         delta.copysign(force)
     }
 
-    /// F/δ where F acts; the tangent at rest where none does.
+    /// Secant stiffness F/δ at the force F; the tangent at δ = 0 if F = 0.
     pub fn secant(&self, force: f64) -> f64 {
         match self.deflection(force) {
             0.0 => self.tangent(0.0),
@@ -81,19 +81,19 @@ impl Characteristic {
         }
     }
 
-    /// Puts the secant where F acts in the place of the one before, and says by how much it moved, relative. What carries
-    /// nothing rests wherever its secant puts it.
+    /// Replaces `secant` by the secant stiffness at the force F and returns its relative change; a characteristic without stiffness there
+    /// leaves it unchanged and returns 0.
     pub fn update_secant(&self, secant: &mut f64, force: f64) -> f64 {
         let next = self.secant(force);
         if next <= 0.0 {
             return 0.0;
         }
-        let moved = (next / *secant - 1.0).abs();
+        let change = (next / *secant - 1.0).abs();
         *secant = next;
-        moved
+        change
     }
 
-    /// F/δ at the deflection it is rated at, the last of a table.
+    /// Secant stiffness at the rated deflection, the last one of a table.
     pub fn rated_secant(&self) -> f64 {
         let delta = match self {
             Characteristic::Power { rated, .. } => *rated,
@@ -102,16 +102,16 @@ impl Characteristic {
         self.force(delta) / delta
     }
 
-    /// The same with all forces times a factor.
-    pub fn scale(&mut self, times: f64) {
+    /// Multiplies all forces by a factor.
+    pub fn scale(&mut self, gain: f64) {
         match self {
-            Characteristic::Power { factor, .. } => *factor *= times,
-            Characteristic::Table(points) => points.iter_mut().for_each(|p| p.1 *= times),
+            Characteristic::Power { factor, .. } => *factor *= gain,
+            Characteristic::Table(points) => points.iter_mut().for_each(|p| p.1 *= gain),
         }
     }
 }
 
-/// The piece after a point; a straight line after the last.
+/// Segment after the point `at`; a straight line after the last.
 fn segment_after(points: &[(f64, f64)], at: usize) -> HermiteCubic {
     let slope = slope_at(points, at);
     if at + 1 == points.len() {
@@ -128,29 +128,29 @@ fn segment_after(points: &[(f64, f64)], at: usize) -> HermiteCubic {
     }
 }
 
-/// The piece over a deflection.
+/// Segment that contains the deflection x.
 fn segment_at(points: &[(f64, f64)], x: f64) -> HermiteCubic {
     segment_after(points, points.partition_point(|p| p.0 <= x).max(1) - 1)
 }
 
-/// The slope at a point: the weighted harmonic mean of both chords, which keeps the curve from turning back.
+/// Slope at the point `at`: the weighted harmonic mean of both chords, which keeps the curve monotone.
 fn slope_at(points: &[(f64, f64)], at: usize) -> f64 {
     let chord = |i: usize| (points[i + 1].1 - points[i].1) / (points[i + 1].0 - points[i].0);
     let last = points.len() - 1;
     if at == 0 || at == last {
-        // At rest the curve goes on backward as it came; behind the last point straight on.
+        // The curve is odd at δ = 0 and linear beyond the last point.
         return chord(at.min(last - 1));
     }
-    let (before, after) = (chord(at - 1), chord(at));
-    if before == 0.0 || after == 0.0 {
+    let (chord_1, chord_2) = (chord(at - 1), chord(at));
+    if chord_1 == 0.0 || chord_2 == 0.0 {
         return 0.0;
     }
     let (h, k) = (
         points[at].0 - points[at - 1].0,
         points[at + 1].0 - points[at].0,
     );
-    let (one, two) = (h + 2.0 * k, 2.0 * h + k);
-    (one + two) / (one / before + two / after)
+    let (w1, w2) = (h + 2.0 * k, 2.0 * h + k);
+    (w1 + w2) / (w1 / chord_1 + w2 / chord_2)
 }
 
 #[cfg(test)]
@@ -167,7 +167,7 @@ mod tests {
         ])
     }
 
-    /// Points are met, the curve rises, tangent and energy are derivative and integral, and the inverse comes back.
+    /// The curve passes through the points and increases; tangent and energy are its derivative and integral, deflection its inverse.
     #[test]
     fn law_of_a_table() {
         let law = table();

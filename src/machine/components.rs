@@ -259,7 +259,7 @@ pub struct GyroscopicTerms {
     /// Element index.
     pub element: usize,
     /// The degree of freedom whose mean speed is Ω.
-    pub turning: usize,
+    pub spin_dof: usize,
     /// Entries a, b, g of the gyroscopic matrix: `G[a, b] += g Ω`, `G[b, a] −= g Ω`.
     pub gyroscopic: Vec<(usize, usize, f64)>,
     /// Centripetal stiffness `K −= m Ω² v vᵀ`: v and m.
@@ -284,7 +284,7 @@ pub struct Gear {
     /// Branch indices of the tooth contacts.
     pub branches: Vec<usize>,
     /// Geometry of the gear in each of its meshes; none for pulleys.
-    pub seats: Vec<MeshGeometry>,
+    pub mesh_geometries: Vec<MeshGeometry>,
 }
 
 /// Gear of a planetary stage, named `stage.planet_1`, `stage.sun`, `stage.ring`.

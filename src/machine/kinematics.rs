@@ -36,7 +36,7 @@ impl Kinematics {
                 let rigid = |branch: &Branch| branch.law == BranchLaw::Rigid;
                 let error = contradiction(machine, index, row, &before, &rigid);
                 return Err(error.with_hint(
-                    "mend the tooth numbers, or give one pair of the loop a stiffness k",
+                    "correct the tooth numbers, or give one pair of the loop a stiffness k",
                 ));
             }
         }
@@ -236,7 +236,7 @@ pub fn contradictory_loop(machine: &Machine, joints: &[(usize, &[(usize, f64)])]
             };
             let error = contradiction(machine, index, row, &before, &connects);
             return Some(error.with_hint(
-                "mend the tooth numbers: however its joints yield, a loop whose ratios differ does not turn",
+                "correct the tooth numbers: elastic joints do not unlock a loop whose ratios differ",
             ));
         }
     }
@@ -262,12 +262,12 @@ fn contradiction(
                 format!(" through {}", path.join(", "))
             };
             format!(
-                "ratios contradict each other: the loop{through} turns {} by {loop_ratio} per turn of {}, `{name}` by {joint_ratio}",
+                "contradictory ratios: the loop{through} turns {} by {loop_ratio} per turn of {}, `{name}` by {joint_ratio}",
                 machine.dof_name(b),
                 machine.dof_name(a),
             )
         }
-        None => format!("`{name}` closes a loop of joints that then cannot turn at all"),
+        None => format!("`{name}` closes a loop of joints, which locks it"),
     };
     Error::new(Code::ContradictoryRatios, message).with_span(&machine.elements[branch.element].span)
 }
@@ -342,10 +342,10 @@ pub fn no_rotation_error(machine: &Machine) -> Error {
         .map(|(index, b)| (index, b.direction.terms.as_slice()))
         .collect();
     contradictory_loop(machine, &joints).unwrap_or_else(|| {
-        let hint = "a shaft to ground holds it; leave the speed out";
+        let hint = "it is held by a shaft to ground; omit the speed";
         Error::new(
             Code::UndeterminedSpeed,
-            "nothing of this machine can turn freely",
+            "no part of this machine can turn freely",
         )
         .with_hint(hint)
     })
@@ -393,10 +393,10 @@ pub fn mean_speeds(
     stated.extend(across.flatten().map(|dof| (dof, 0.0)));
     let rpm = |speed: f64| speed * 30.0 / std::f64::consts::PI;
     motions.speeds(n, &stated).map_err(|error| {
-        let hint = "state in [speed] one node of every part that turns independently, each once";
+        let hint = "state in [speed] one node of every part that turns independently";
         let message = match error {
             SpeedError::Undetermined(dof) => format!(
-                "the speed of {} does not follow from those stated",
+                "the speed of {} is not determined by those stated",
                 machine.dof_name(dof)
             ),
             SpeedError::Contradiction {

@@ -9,56 +9,56 @@ use crate::base::error::Error;
 use crate::numeric::{Matrix, graded};
 use crate::scene::model::BranchDamping;
 
-/// A linear machine. Coordinates p are the degrees of freedom that stay; `q = T p` gives all of them.
+/// Linear model of a machine in the independent coordinates p; `q = T p` are all degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct LinearModel {
-    /// Number of remaining coordinates.
+    /// Number of independent coordinates.
     pub n: usize,
-    /// The degree of freedom each coordinate is.
+    /// Degree of freedom of each coordinate.
     pub independent_dofs: Vec<usize>,
-    /// Rows of T: each degree of freedom of the machine in the independent coordinates.
+    /// Rows of T: each degree of freedom of the machine as (coordinate, coefficient) terms.
     pub transform: Vec<Vec<(usize, f64)>>,
-    /// `M = Σ m v vᵀ`.
+    /// Masses of `M = Σ m v vᵀ`.
     pub masses: Vec<Mass>,
-    /// Branches with stiffness or damping, in the order of their numbers.
+    /// Active linear branches in order of their index in the machine.
     pub branches: Vec<LinearBranch>,
-    /// Motions that strain no branch, over the independent coordinates: the rigid-body modes.
+    /// Rigid-body modes in the independent coordinates: motions without strain in any branch.
     pub rigid: Vec<Vec<f64>>,
-    /// Number of leading rigid motions that strain no damper either.
+    /// Number of leading rigid-body modes without damping.
     pub n_undamped_rigid: usize,
-    /// Coordinates without inertia.
+    /// Indices of the coordinates without inertia.
     pub massless: Vec<usize>,
 }
 
-/// A branch at its operating point.
+/// Linear branch at the operating point.
 #[derive(Debug, Clone)]
 pub struct LinearBranch {
-    /// Index in the machine.
+    /// Index of the branch in the machine.
     pub index: usize,
-    /// w.
+    /// Direction w of the deformation `wᵀp`.
     pub direction: Direction,
-    /// u, where it differs from w.
+    /// Direction u of the force; `None`: equal to w.
     pub force: Option<Direction>,
-    /// k.
+    /// Stiffness k, N/m or N·m/rad.
     pub stiffness: f64,
-    /// c.
+    /// Viscous damping c, N·s/m or N·m·s/rad.
     pub damping: f64,
-    /// η of `k (1 + iη)`.
+    /// Loss factor η of `k (1 + iη)`.
     pub loss_factor: f64,
 }
 
 impl LinearBranch {
-    /// The direction its force acts in.
+    /// Direction of the force.
     pub fn force_direction(&self) -> &Direction {
         self.force.as_ref().unwrap_or(&self.direction)
     }
 }
 
 impl LinearModel {
-    /// Eliminates rigid joints, and takes every contact as the operating point left it.
+    /// Eliminates rigid constraints and linearises contacts at the operating point.
     ///
     /// # Errors
-    /// A part joined to nothing; a massless degree of freedom that nothing holds.
+    /// `Disconnected` for a node without connection and for a massless degree of freedom without stiffness.
     pub fn new(
         machine: &Machine,
         kinematics: &Kinematics,
@@ -79,7 +79,7 @@ impl LinearModel {
             .collect();
         let n = kinematics.independent_dofs.len();
         let massless = massless_coordinates(n, &masses);
-        let mobility = InverseMass::new(n, &masses);
+        let inverse_mass = InverseMass::new(n, &masses);
         let mut branches = Vec::new();
         for (index, branch) in machine.branches.iter().enumerate() {
             let BranchLaw::Linear { stiffness, loss } = branch.law else {
@@ -102,7 +102,7 @@ impl LinearModel {
             let damping = match loss {
                 BranchDamping::Viscous(c) => c,
                 BranchDamping::Ratio(zeta) => {
-                    2.0 * zeta * (stiffness / mobility.inverse_mass_along(&direction)).sqrt()
+                    2.0 * zeta * (stiffness / inverse_mass.inverse_mass_along(&direction)).sqrt()
                 }
                 BranchDamping::None | BranchDamping::Factor(_) => 0.0,
             };
@@ -127,10 +127,10 @@ impl LinearModel {
             motions: rigid,
             undamped: n_undamped_rigid,
         } = rigid_motions(machine, kinematics, &branches);
-        let free = kinematics.independent_dofs.clone();
+        let independent_dofs = kinematics.independent_dofs.clone();
         let model = LinearModel {
             n,
-            independent_dofs: free,
+            independent_dofs,
             transform,
             masses,
             branches,
@@ -142,13 +142,13 @@ impl LinearModel {
         Ok(model)
     }
 
-    /// The branch of this number in the machine; nothing where it is open or between what moves as one.
+    /// Branch with the given index in the machine; `None` if it is open or between rigidly connected parts.
     pub fn branch(&self, index: usize) -> Option<&LinearBranch> {
         let at = self.branches.binary_search_by_key(&index, |b| b.index);
         at.ok().map(|at| &self.branches[at])
     }
 
-    /// All degrees of freedom from the independent coordinates.
+    /// Expands independent coordinates to all degrees of freedom.
     pub fn expand(&self, p: &[f64]) -> Vec<f64> {
         self.transform
             .iter()
@@ -156,12 +156,12 @@ impl LinearModel {
             .collect()
     }
 
-    /// The independent coordinates, from all degrees of freedom.
+    /// Selects the independent coordinates from all degrees of freedom.
     pub fn select_independent<T: Copy>(&self, q: &[T]) -> Vec<T> {
         self.independent_dofs.iter().map(|&i| q[i]).collect()
     }
 
-    /// The diagonal of M, where M is diagonal.
+    /// Diagonal of M; `None` if M is not diagonal.
     pub fn mass_diagonal(&self) -> Option<Vec<f64>> {
         let mut diagonal = vec![0.0; self.n];
         for mass in &self.masses {
@@ -173,14 +173,14 @@ impl LinearModel {
         Some(diagonal)
     }
 
-    /// Every branch is a square `½ k (wᵀp)²` with k ≥ 0, so that frequencies are singular values.
+    /// True if all branches have energy `½ k (wᵀp)²` with k ≥ 0, so that natural frequencies are singular values.
     pub fn is_sum_of_squares(&self) -> bool {
         self.branches
             .iter()
             .all(|b| b.stiffness >= 0.0 && (b.force.is_none() || b.stiffness == 0.0))
     }
 
-    /// Something loses energy.
+    /// True if the machine has any damping.
     pub fn is_damped(&self, machine: &Machine) -> bool {
         let global = &machine.damping;
         self.branches
@@ -192,13 +192,13 @@ impl LinearModel {
     }
 
     fn check(&self, machine: &Machine, kinematics: &Kinematics) -> Result<(), Error> {
-        let mut joined = vec![false; machine.nodes.len()];
+        let mut linked = vec![false; machine.nodes.len()];
         for &(dof, _) in machine
             .friction_elements
             .iter()
             .flat_map(|b| &b.direction.terms)
         {
-            joined[machine.dofs[dof].node] = true;
+            linked[machine.dofs[dof].node] = true;
         }
         for branch in &machine.branches {
             for &(dof, _) in branch
@@ -207,12 +207,12 @@ impl LinearModel {
                 .iter()
                 .chain(branch.force.iter().flat_map(|u| &u.terms))
             {
-                joined[machine.dofs[dof].node] = true;
+                linked[machine.dofs[dof].node] = true;
             }
         }
-        if let (Some(alone), true) = (joined.iter().position(|&is| !is), machine.nodes.len() > 1) {
-            let node = &machine.nodes[alone];
-            let message = format!("`{}` is joined to nothing", node.name);
+        if let (Some(index), true) = (linked.iter().position(|&j| !j), machine.nodes.len() > 1) {
+            let node = &machine.nodes[index];
+            let message = format!("`{}` is not connected", node.name);
             let hint = "name it in the `between` of a shaft, a gear pair or another element, or leave it out";
             let place = &machine.elements[node.element].span;
             return Err(Error::new(Code::Disconnected, message)
@@ -222,7 +222,7 @@ impl LinearModel {
         if let Some(dof) = self.unconstrained_dof(machine, kinematics) {
             let name = machine.dof_name(dof);
             let message = format!(
-                "{name} has no inertia, and no branch with stiffness ties it to anything that has"
+                "{name} has no inertia and no branch with stiffness to a body with inertia"
             );
             let element = machine.nodes[machine.dofs[dof].node].element;
             let hint = "give the node an inertia, or join it by a branch with k";
@@ -235,7 +235,7 @@ impl LinearModel {
 }
 
 impl LinearModel {
-    /// A degree of freedom that moves with all inertia at rest and no spring deformed: it has no equation of motion.
+    /// First degree of freedom that can move without inertia and spring deformation: it has no equation of motion.
     fn unconstrained_dof(&self, machine: &Machine, kinematics: &Kinematics) -> Option<usize> {
         if self.massless.is_empty() {
             return None;
@@ -254,7 +254,7 @@ impl LinearModel {
     }
 }
 
-/// Motions over the independent coordinates, those that no damper resists first.
+/// Rigid-body modes in the independent coordinates, the undamped ones first.
 struct RigidMotionBasis {
     motions: Vec<Vec<f64>>,
     undamped: usize,
@@ -265,11 +265,11 @@ fn rigid_motions(
     kinematics: &Kinematics,
     branches: &[LinearBranch],
 ) -> RigidMotionBasis {
-    let free_of = |resists: &dyn Fn(&LinearBranch) -> bool| -> Vec<Vec<f64>> {
-        // The machine's own rows: whole numbers of teeth, where reduced ones may be thirds.
+    let motions_without = |is_constraint: &dyn Fn(&LinearBranch) -> bool| -> Vec<Vec<f64>> {
+        // Rows of the unreduced machine have integer tooth numbers; reduced rows may have fractions.
         let rows = branches
             .iter()
-            .filter(|b| resists(b))
+            .filter(|b| is_constraint(b))
             .map(|b| &machine.branches[b.index]);
         let motions = kinematics
             .undeformed_motions(rows)
@@ -279,19 +279,19 @@ fn rigid_motions(
             .map(|q| kinematics.independent_dofs.iter().map(|&i| q[i]).collect())
             .collect()
     };
-    let strained = |b: &LinearBranch| b.stiffness != 0.0;
-    let mut elastic = free_of(&strained);
+    let is_elastic = |b: &LinearBranch| b.stiffness != 0.0;
+    let mut elastic = motions_without(&is_elastic);
     if machine.is_lateral() {
         let rows: Vec<&Direction> = branches
             .iter()
-            .filter(|b| strained(b))
+            .filter(|b| is_elastic(b))
             .map(|b| &b.direction)
             .collect();
         let geometric = null_motions(kinematics.independent_dofs.len(), &rows);
-        // Exact turns first: what their terms cancel to stays zero.
-        let all = geometric.len();
+        // Exact rational motions come first, so that cancelling terms remain exactly zero.
+        let n_geometric = geometric.len();
         for motion in geometric {
-            if elastic.len() >= all {
+            if elastic.len() >= n_geometric {
                 break;
             }
             elastic.push(motion);
@@ -300,20 +300,20 @@ fn rigid_motions(
             }
         }
     }
-    let damped = |b: &LinearBranch| b.damping != 0.0 || b.loss_factor != 0.0;
-    let mut motions = match branches.iter().any(|b| damped(b) && !strained(b)) {
-        true => free_of(&|b| strained(b) || damped(b)),
+    let is_damped = |b: &LinearBranch| b.damping != 0.0 || b.loss_factor != 0.0;
+    let mut motions = match branches.iter().any(|b| is_damped(b) && !is_elastic(b)) {
+        true => motions_without(&|b| is_elastic(b) || is_damped(b)),
         false => elastic.clone(),
     };
-    let braked_by_all = machine.damping.mass != 0.0;
-    if braked_by_all {
+    let has_mass_damping = machine.damping.mass != 0.0;
+    if has_mass_damping {
         motions.clear();
     }
     let undamped = motions.len();
     if undamped == elastic.len() {
         return RigidMotionBasis { motions, undamped };
     }
-    // The rest of the elastic null space: motions that add a direction to those already listed.
+    // Remaining motions of the elastic null space that are independent of those already listed.
     for motion in elastic {
         motions.push(motion);
         if dependent(&motions) {
@@ -323,14 +323,14 @@ fn rigid_motions(
     RigidMotionBasis { motions, undamped }
 }
 
-/// Whether the last of the motions is a combination of the others.
+/// True if the last motion is a linear combination of the others.
 fn dependent(motions: &[Vec<f64>]) -> bool {
     let unit = |v: &[f64]| -> Vec<f64> {
         let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
         v.iter().map(|x| x / norm).collect()
     };
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    let mut rest = 1.0;
+    let mut residual = 1.0;
     for motion in motions {
         let mut v = unit(motion);
         for _ in 0..2 {
@@ -339,14 +339,14 @@ fn dependent(motions: &[Vec<f64>]) -> bool {
                 v.iter_mut().zip(b).for_each(|(x, y)| *x -= share * y);
             }
         }
-        rest = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        residual = v.iter().map(|x| x * x).sum::<f64>().sqrt();
         basis.push(unit(&v));
     }
-    rest < 1e-9 // of a unit vector; the motions are exact fractions, so what depends is at rounding
+    residual < 1e-9 // of a unit vector; the motions are exact fractions, so a dependent residual is at rounding
 }
 
-/// Motions that the directions leave free, from their geometry alone: for bodies that move sideways, whose coefficients are
-/// sines and cosines and so no fractions. Rows and columns are brought to unit size; stiffness plays no part.
+/// Null space of the branch directions by SVD, for lateral models whose coefficients are sines and cosines and not fractions. Rows and
+/// columns are scaled to unit norm; stiffness has no influence.
 fn null_motions(n: usize, rows: &[&Direction]) -> Vec<Vec<f64>> {
     let mut a = Matrix::zeros(rows.len().max(1), n);
     for (i, row) in rows.iter().enumerate() {
@@ -363,31 +363,31 @@ fn null_motions(n: usize, rows: &[&Direction]) -> Vec<Vec<f64>> {
         .map(|s| if s > 0.0 { s } else { 1.0 })
         .collect();
     (0..n).for_each(|j| (0..a.nrows()).for_each(|i| a[(i, j)] /= size[j]));
-    let Ok(found) = graded::svd(&a, None) else {
+    let Ok(svd) = graded::svd(&a, None) else {
         return Vec::new();
     };
-    let largest = found.values.last().copied().unwrap_or(0.0);
+    let largest = svd.values.last().copied().unwrap_or(0.0);
     (0..n)
-        .filter(|&k| found.values[k] <= 1e-10 * largest) // geometry is known to 1e-16; a motion this free is free
-        .map(|k| (0..n).map(|j| found.vectors[(j, k)] / size[j]).collect())
+        .filter(|&k| svd.values[k] <= 1e-10 * largest) // the geometry is exact to 1e-16
+        .map(|k| (0..n).map(|j| svd.vectors[(j, k)] / size[j]).collect())
         .collect()
 }
 
 fn massless_coordinates(n: usize, masses: &[Mass]) -> Vec<usize> {
-    let mut has = vec![false; n];
+    let mut has_mass = vec![false; n];
     for mass in masses.iter().filter(|mass| mass.value != 0.0) {
         mass.direction
             .terms
             .iter()
-            .for_each(|&(j, _)| has[j] = true);
+            .for_each(|&(j, _)| has_mass[j] = true);
     }
-    (0..n).filter(|&j| !has[j]).collect()
+    (0..n).filter(|&j| !has_mass[j]).collect()
 }
 
-/// `wᵀ M⁻¹ w`, the inverse of a branch's effective mass, with M taken by its diagonal.
+/// Inverse effective mass `wᵀ M⁻¹ w` of branches with the diagonal of M.
 ///
-/// Off-diagonal terms come only from consistent shafts and differential stages, where a damping ratio per branch is a rule
-/// of thumb anyway; the diagonal is then the mass each end carries.
+/// Off-diagonal terms occur only for consistent shaft masses and differential stages, where a damping ratio per branch is approximate
+/// anyway; the diagonal is then the mass at each end.
 struct InverseMass {
     inverse: Vec<f64>,
 }
@@ -405,7 +405,7 @@ impl InverseMass {
         }
     }
 
-    /// Infinite where an end is massless: the branch then has no damping of its own.
+    /// Inverse effective mass along a direction; infinite if an end is massless, and the branch is then undamped.
     fn inverse_mass_along(&self, direction: &Direction) -> f64 {
         direction
             .entries()

@@ -202,7 +202,7 @@ impl<'a> ContactSearch<'a> {
         let n = kinematics.independent_dofs.len();
         if n > MAX_DENSE_DOFS {
             let message = format!(
-                "the operating point of {n} degrees of freedom with play would need a dense solve of that size"
+                "the operating point of {n} degrees of freedom with play needs a dense solve of that size"
             );
             let hint =
                 "omit the loads (contacts are then closed on the drive flank), or the backlash";
@@ -301,7 +301,7 @@ impl<'a> ContactSearch<'a> {
                 return Ok(forces);
             }
         }
-        let message = "the forces in couplings and teeth that are not linear do not settle under the mean loads";
+        let message = "forces in nonlinear couplings and teeth do not converge under mean loads";
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("change a load slightly, or give the stiffness that is meant as k"))
     }
@@ -360,7 +360,7 @@ impl<'a> ContactSearch<'a> {
             };
             self.springs[index].state = state;
         }
-        let message = "no state of the contacts with play balances the loads: the iteration cycles";
+        let message = "no contact state balances the loads: the iteration cycles";
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("omit the smallest backlash, or change a load slightly"))
     }
@@ -428,7 +428,7 @@ fn with_fixed(mut motions: Vec<Vec<f64>>, fixed: &[usize]) -> Vec<Vec<f64>> {
 
 fn tied_dof_error(machine: &Machine, dof: usize) -> Error {
     let message = format!(
-        "rigid joints tie {} to several others, so that it cannot be held while the loads are balanced",
+        "rigid joints tie {} to several others, so that it cannot be fixed to balance the loads",
         machine.dof_name(dof)
     );
     Error::new(Code::Conflict, message).with_hint("give one of the joints its stiffness k")

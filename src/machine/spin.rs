@@ -1,7 +1,7 @@
-//! Terms of mean speeds: gyroscopic moments, and frames that turn: `C += g Ω (a bᵀ − b aᵀ)`, `K −= m Ω² v vᵀ`, `K += c Ω u (S w)ᵀ`.
+//! Speed-dependent terms of gyroscopic moments and rotating frames: `C += g Ω (a bᵀ − b aᵀ)`, `K −= m Ω² v vᵀ`, `K += c Ω u (S w)ᵀ`.
 //!
-//! A lateral planetary stage is described in a frame that turns with its carrier; docs/signs.md derives its terms. A damper to
-//! ground along w resists the absolute velocity `q̇ + Ω S q`, S turning x into y; that is the last term, which circulates.
+//! A lateral planetary stage is described in a frame that rotates with its carrier; docs/signs.md derives its terms. A damper to
+//! ground along w resists the absolute velocity `q̇ + Ω S q`, S rotating x into y; this gives the last, circulatory term.
 
 use super::components::{Branch, BranchLaw, GyroscopicTerms, Machine};
 use super::direction::Direction;
@@ -11,19 +11,19 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::scene::model::BranchDamping;
 
-/// Terms of given mean speeds, over the independent coordinates.
+/// Speed-dependent terms at given mean speeds, over the independent coordinates.
 #[derive(Debug, Clone, Default)]
 pub struct SpinTerms {
-    /// a, b, g Ω.
+    /// Gyroscopic terms `(a, b, g Ω)`.
     pub gyroscopic: Vec<(Direction, Direction, f64)>,
-    /// v, m Ω².
+    /// Centripetal terms `(v, m Ω²)`.
     pub centripetal: Vec<(Direction, f64)>,
-    /// u, S w, c Ω: forces of dampers to ground along u.
+    /// Circulatory terms `(u, S w, c Ω)` of dampers to ground with force along u.
     pub circulatory: Vec<(Direction, Direction, f64)>,
 }
 
 impl SpinTerms {
-    /// The terms at mean speeds, rad/s by degree of freedom; dampers only where the study counts damping.
+    /// Terms at mean speeds (rad/s by degree of freedom); those of dampers only if `damped`.
     pub fn new(machine: &Machine, model: &LinearModel, speeds: &[f64], damped: bool) -> SpinTerms {
         let reduced = |d: &Direction| {
             let rows = d.entries().flat_map(|(dof, x)| {
@@ -34,7 +34,7 @@ impl SpinTerms {
         };
         let mut terms = SpinTerms::default();
         for spin in &machine.gyroscopic {
-            let omega = speeds[spin.turning];
+            let omega = speeds[spin.spin_dof];
             if omega == 0.0 {
                 continue;
             }
@@ -53,90 +53,90 @@ impl SpinTerms {
                 if !is_on(branch, [x, y]) {
                     continue;
                 }
-                let turned = branch.direction.entries().map(|(i, w)| match i == x {
+                let rotated = branch.direction.entries().map(|(i, w)| match i == x {
                     true => (y, -w),
                     false => (x, w),
                 });
-                let along = reduced(&Direction::new(1.0, turned));
-                let acts = reduced(branch.force.as_ref().unwrap_or(&branch.direction));
-                terms.circulatory.push((acts, along, lb.damping * omega));
+                let s_w = reduced(&Direction::new(1.0, rotated));
+                let u = reduced(branch.force.as_ref().unwrap_or(&branch.direction));
+                terms.circulatory.push((u, s_w, lb.damping * omega));
             }
         }
         terms
     }
 }
 
-/// Mean speed of every degree of freedom, rad/s, for studies that count the terms of speeds.
+/// Mean speed of every degree of freedom, rad/s, for studies that include the speed-dependent terms.
 ///
 /// # Errors
-/// Those of [`mean_speeds`]; a joint that is not the same at every angle of a frame that turns.
-pub fn spinning(
+/// Those of [`mean_speeds`] and of [`check_constant_coefficients`].
+pub fn spin_speeds(
     machine: &Machine,
     kinematics: &Kinematics,
     reference: Option<f64>,
 ) -> Result<Vec<f64>, Error> {
     let speeds = mean_speeds(machine, kinematics, reference)?;
-    refuse_varying(machine, &speeds)?;
+    check_constant_coefficients(machine, &speeds)?;
     Ok(speeds)
 }
 
-/// The branch joins these two degrees of freedom to ground and nothing else.
+/// Returns `true` if the branch connects only these two degrees of freedom to ground.
 fn is_on(branch: &Branch, across: [usize; 2]) -> bool {
-    let within = |d: &Direction| d.terms.iter().all(|t| across.contains(&t.0));
-    within(&branch.direction) && branch.force.as_ref().is_none_or(within)
+    let is_within = |d: &Direction| d.terms.iter().all(|t| across.contains(&t.0));
+    is_within(&branch.direction) && branch.force.as_ref().is_none_or(is_within)
 }
 
-fn touches(branch: &Branch, dof: usize) -> bool {
-    let on = |d: &Direction| d.terms.iter().any(|t| t.0 == dof);
-    on(&branch.direction) || branch.force.as_ref().is_some_and(on)
+fn acts_on(branch: &Branch, dof: usize) -> bool {
+    let has_dof = |d: &Direction| d.terms.iter().any(|t| t.0 == dof);
+    has_dof(&branch.direction) || branch.force.as_ref().is_some_and(has_dof)
 }
 
-/// Refuses what would make the equations in a turning frame periodic, or was left out of them.
+/// Returns an error if the equations in a rotating frame would be periodic in time, or if they lack a term.
 ///
 /// # Errors
-/// A support that is not the same in all directions, a joint to a body outside the frame, a body in two frames, damping
-/// proportional to mass.
-pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
-    let turns = |spin: &&GyroscopicTerms| spin.across.is_some() && speeds[spin.turning] != 0.0;
-    let frames: Vec<&GyroscopicTerms> = machine.gyroscopic.iter().filter(turns).collect();
+/// `Conflict` for an anisotropic support, a joint to a body outside the frame, a body in two frames, or mass-proportional
+/// damping.
+pub fn check_constant_coefficients(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
+    let rotates = |spin: &&GyroscopicTerms| spin.across.is_some() && speeds[spin.spin_dof] != 0.0;
+    let frames: Vec<&GyroscopicTerms> = machine.gyroscopic.iter().filter(rotates).collect();
     if let (Some(frame), true) = (frames.first(), machine.damping.mass != 0.0) {
-        return Err(refused(
+        return Err(conflict(
             machine,
             frame,
             frame.element,
-            "`rayleigh_mass`, which brakes absolute velocity,",
+            "`rayleigh_mass`, which damps absolute velocity,",
         ));
     }
     for (at, frame) in frames.iter().enumerate() {
         let Some(across) = frame.across else { continue };
-        let shared = |other: &&&GyroscopicTerms| {
-            other.across == frame.across && other.turning != frame.turning
+        let shares_dofs = |other: &&&GyroscopicTerms| {
+            other.across == frame.across && other.spin_dof != frame.spin_dof
         };
-        if let Some(other) = frames[..at].iter().find(shared) {
-            return Err(refused(
+        if let Some(other) = frames[..at].iter().find(shares_dofs) {
+            return Err(conflict(
                 machine,
                 frame,
                 other.element,
                 "a second stage whose carrier turns independently",
             ));
         }
-        let inside = |dof: usize| {
-            let same = frames.iter().filter(|f| f.turning == frame.turning);
-            same.flat_map(|f| f.across.into_iter().flatten())
+        let is_in_frame = |dof: usize| {
+            let set = frames.iter().filter(|f| f.spin_dof == frame.spin_dof);
+            set.flat_map(|f| f.across.into_iter().flatten())
                 .any(|i| i == dof)
         };
-        let own = |b: &&Branch| {
+        let is_joint = |b: &&Branch| {
             let stage = machine
                 .gyroscopic
                 .iter()
                 .any(|s| s.across.is_some() && s.element == b.element);
-            !stage && (touches(b, across[0]) || touches(b, across[1]))
+            !stage && (acts_on(b, across[0]) || acts_on(b, across[1]))
         };
-        for branch in machine.branches.iter().filter(own) {
+        for branch in machine.branches.iter().filter(is_joint) {
             let force = branch.force.iter().flat_map(|u| &u.terms);
-            let mut all = branch.direction.terms.iter().chain(force);
-            if !is_on(branch, across) && !all.all(|t| inside(t.0)) {
-                return Err(refused(
+            let mut terms = branch.direction.terms.iter().chain(force);
+            if !is_on(branch, across) && !terms.all(|t| is_in_frame(t.0)) {
+                return Err(conflict(
                     machine,
                     frame,
                     branch.element,
@@ -147,29 +147,29 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
         let grounded: Vec<&Branch> = machine
             .branches
             .iter()
-            .filter(own)
+            .filter(is_joint)
             .filter(|b| is_on(b, across))
             .collect();
-        let of = |value: fn(&Branch) -> f64| -> bool {
+        let varies = |value: fn(&Branch) -> f64| -> bool {
             let entry = |row: usize, column: usize| -> f64 {
-                let along = |d: &Direction, i: usize| -> f64 {
+                let component = |d: &Direction, i: usize| -> f64 {
                     d.entries().filter(|t| t.0 == i).map(|t| t.1).sum()
                 };
-                let each = grounded.iter().map(|b| {
-                    let acts = b.force.as_ref().unwrap_or(&b.direction);
-                    value(b) * along(acts, row) * along(&b.direction, column)
+                let entries = grounded.iter().map(|b| {
+                    let force_direction = b.force.as_ref().unwrap_or(&b.direction);
+                    value(b) * component(force_direction, row) * component(&b.direction, column)
                 });
-                each.sum()
+                entries.sum()
             };
             let [x, y] = across;
-            let size =
+            let scale =
                 entry(x, x).abs() + entry(y, y).abs() + entry(x, y).abs() + entry(y, x).abs();
-            let apart = (entry(x, x) - entry(y, y)).abs() + (entry(x, y) + entry(y, x)).abs();
-            apart > ALIKE * size
+            let difference = (entry(x, x) - entry(y, y)).abs() + (entry(x, y) + entry(y, x)).abs();
+            difference > SYMMETRY_TOLERANCE * scale
         };
-        if [stiffness, viscous, ratio, hysteretic].into_iter().any(of) {
+        if [stiffness, viscous, ratio, loss].into_iter().any(varies) {
             let element = grounded.first().map_or(frame.element, |b| b.element);
-            return Err(refused(
+            return Err(conflict(
                 machine,
                 frame,
                 element,
@@ -180,8 +180,8 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Relative difference of two stiffnesses that count as the same: digits of a file.
-const ALIKE: f64 = 1e-9;
+/// Largest relative anisotropy of a support that counts as isotropic: the digits of a file.
+const SYMMETRY_TOLERANCE: f64 = 1e-9;
 
 fn stiffness(branch: &Branch) -> f64 {
     match branch.law {
@@ -200,7 +200,7 @@ fn viscous(branch: &Branch) -> f64 {
     }
 }
 
-/// `k ζ`: with one stiffness in all directions it says whether the damper has.
+/// Product `k ζ`: for an isotropic stiffness, isotropic exactly if the damping is.
 fn ratio(branch: &Branch) -> f64 {
     match branch.law {
         BranchLaw::Linear {
@@ -211,8 +211,8 @@ fn ratio(branch: &Branch) -> f64 {
     }
 }
 
-/// `k η`.
-fn hysteretic(branch: &Branch) -> f64 {
+/// Product `k η` of stiffness and loss factor.
+fn loss(branch: &Branch) -> f64 {
     match branch.law {
         BranchLaw::Linear {
             loss: BranchDamping::Factor(eta),
@@ -222,10 +222,10 @@ fn hysteretic(branch: &Branch) -> f64 {
     }
 }
 
-fn refused(machine: &Machine, frame: &GyroscopicTerms, element: usize, what: &str) -> Error {
+fn conflict(machine: &Machine, frame: &GyroscopicTerms, element: usize, cause: &str) -> Error {
     let (stage, other) = (&machine.elements[frame.element], &machine.elements[element]);
     let message = format!(
-        "`{}` turns with its carrier, and {what} acts on one of its bodies (`{}`): its equations are not the same at every angle",
+        "`{}` turns with its carrier, and {cause} acts on one of its bodies (`{}`): its equations depend on the angle",
         stage.name, other.name
     );
     Error::new(Code::Conflict, message)

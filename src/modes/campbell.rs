@@ -16,8 +16,8 @@ use crate::base::error::Error;
 use crate::machine::components::Machine;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
 use crate::machine::linear::LinearModel;
-use crate::machine::spin::spinning;
-use crate::numeric::sorting::sort_rising;
+use crate::machine::spin::spin_speeds;
+use crate::numeric::sorting::sort_ascending;
 
 /// Natural frequencies over reference speed, with order lines and their crossings.
 #[derive(Debug, Clone)]
@@ -121,7 +121,7 @@ pub fn campbell_diagram(
         mut crossings,
         ..
     } = builder;
-    sort_rising(&mut crossings, |a| a.speed_rpm);
+    sort_ascending(&mut crossings, |a| a.speed_rpm);
     Ok(CampbellDiagram {
         reference: machine.nodes[machine.dofs[spins.reference].node]
             .name
@@ -139,7 +139,7 @@ fn check_speeds(speeds: &[f64]) -> Result<(), Error> {
     let is_monotonic = speeds.windows(2).all(|pair| pair[0] < pair[1])
         || speeds.windows(2).all(|pair| pair[0] > pair[1]);
     if speeds.is_empty() || !is_monotonic || speeds.iter().any(|speed| !speed.is_finite()) {
-        let message = "a Campbell diagram needs at least one speed, and all rising or all falling";
+        let message = "a Campbell diagram needs at least one speed, in rising or falling order";
         return Err(Error::new(Code::OutOfRange, message)
             .with_hint("state them as first:last:points, such as 0:3000:61"));
     }
@@ -160,7 +160,7 @@ struct SpeedRatios {
 impl SpeedRatios {
     fn new(machine: &Machine, kinematics: &Kinematics) -> Result<SpeedRatios, Error> {
         let at_rest = mean_speeds(machine, kinematics, Some(0.0))?;
-        let at_one = spinning(machine, kinematics, Some(1.0))?;
+        let at_one = spin_speeds(machine, kinematics, Some(1.0))?;
         let per_unit = at_one
             .iter()
             .zip(&at_rest)
@@ -186,7 +186,7 @@ impl SpeedRatios {
         machine
             .gyroscopic
             .iter()
-            .all(|spin| self.per_unit[spin.turning] == 0.0)
+            .all(|spin| self.per_unit[spin.spin_dof] == 0.0)
     }
 }
 

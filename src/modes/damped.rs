@@ -1,8 +1,8 @@
 //! Complex modes of `λ² I + λ C̃ + K̃ + i sgn(Im λ) H̃` over modal coordinates.
 //!
-//! First-order form over `(Ω η, η̇, d)`: the positions of rigid motions are left out, since their root is exactly zero, as
-//! are the rates of those that nothing brakes. Each root is then polished on the quadratic itself, which gives small roots
-//! alongside large ones their digits back and takes loss factors in.
+//! The first-order form is over `(Ω η, η̇, d)`. It omits the positions of rigid-body motions, whose root is exactly zero, and the rates of
+//! undamped rigid-body motions. Newton's iteration on the quadratic eigenproblem then refines each root: this restores the digits of small
+//! roots next to large ones and includes loss factors.
 
 use super::companion::{CompanionForm, is_free};
 use super::conserved::CyclicCoordinates;
@@ -15,53 +15,53 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::quadratic::QuadraticEigenproblem;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 use crate::numeric::{Complex, ComplexMatrix, eigen};
 
-/// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
+/// Complex modes sorted by |λ|: rigid-body modes first, one mode per conjugate pair, one per overdamped root.
 ///
 /// # Errors
-/// No convergence of the eigenvalue iteration; numbers out of range.
+/// `NoConvergence` of the eigenvalue iteration; `Overflow` for a root that is zero or not finite.
 pub fn modes(
     model: &LinearModel,
     basis: &ModalBasis,
     modal: &ModalMatrices,
 ) -> Result<Vec<Mode>, Error> {
-    let light = MasslessReduction::new(modal)?;
-    let whole = light.condense(modal)?;
-    let conserved = CyclicCoordinates::new(&whole, model.n_undamped_rigid);
-    let eigenproblem = conserved.without(whole);
-    let state = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
+    let massless = MasslessReduction::new(modal)?;
+    let condensed = massless.condense(modal)?;
+    let cyclic = CyclicCoordinates::new(&condensed, model.n_undamped_rigid);
+    let eigenproblem = cyclic.eliminate(condensed);
+    let companion = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
     let symmetric = model
         .branches
         .iter()
         .all(|b| b.force.is_none() || b.stiffness == 0.0);
-    let lossless = symmetric && !modal.is_dissipative() && state.n_damped_massless == 0;
-    let swings = match lossless {
+    let lossless = symmetric && !modal.is_dissipative() && companion.n_damped_massless == 0;
+    let oscillatory = match lossless {
         true => gyroscopic::gyroscopic_modes(
             &eigenproblem.damping,
             &eigenproblem.stiffness,
-            &state.positions,
-            &state.rates,
+            &companion.positions,
+            &companion.rates,
         )?,
         false => None,
     };
-    let mut found = match swings {
-        Some((swings, error)) => undamped_roots(&eigenproblem, swings, error),
-        None => complex_roots(&eigenproblem, &state)?,
+    let mut roots = match oscillatory {
+        Some((oscillatory, error)) => undamped_roots(&eigenproblem, oscillatory, error),
+        None => complex_roots(&eigenproblem, &companion)?,
     };
-    if let Some(lost) = found
+    if let Some(invalid) = roots
         .iter()
         .find(|root| !(modulus(root.value) > 0.0 && modulus(root.value).is_finite()))
     {
         let message = format!(
-            "a root that is not of a rigid-body mode came out as {}: its numbers are too far apart",
-            lost.value
+            "a root that is not of a rigid-body mode was computed as {}: its values differ too much in size",
+            invalid.value
         );
         return Err(Error::new(Code::Overflow, message)
-            .with_hint("check for a damping or a speed of absurd size"));
+            .with_hint("check the order of magnitude of dampings and speeds"));
     }
-    sort_rising(&mut found, |a| modulus(a.value));
+    sort_ascending(&mut roots, |a| modulus(a.value));
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&eigenproblem, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = model
@@ -81,10 +81,10 @@ pub fn modes(
         }
     });
     let damped = modal.is_dissipative();
-    let elastic = found.iter().map(|polished| {
-        let mut x = polished.x.clone();
-        conserved.recover(polished.value, &mut x);
-        let z = light.expand(&x);
+    let elastic = roots.iter().map(|root| {
+        let mut x = root.x.clone();
+        cyclic.recover(root.value, &mut x);
+        let z = massless.expand(&x);
         let p: Vec<Complex> = (0..modal.shapes.nrows())
             .map(|i| {
                 z.iter()
@@ -95,7 +95,7 @@ pub fn modes(
             .collect();
         let mut shape = recover(model, &p);
         orient(&mut shape);
-        let lambda = polished.value;
+        let lambda = root.value;
         let damping_ratio =
             (damped && lambda.im != 0.0 && lambda.re != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
@@ -103,104 +103,104 @@ pub fn modes(
             rigid: false,
             damping_ratio,
             shape,
-            residual: polished.residual,
-            trusted_digits: polished.digits,
+            residual: root.residual,
+            trusted_digits: root.digits,
         }
     });
     Ok(rigid.chain(elastic).collect())
 }
 
-/// Roots without losses: Newton only where the small ones want digits back, and never off the imaginary axis.
+/// Roots of a lossless model, on the imaginary axis; Newton refines only isolated roots whose error exceeds [`POLISH_THRESHOLD`].
 fn undamped_roots(
     eigenproblem: &QuadraticEigenproblem,
-    swings: Vec<GyroscopicMode>,
+    modes: Vec<GyroscopicMode>,
     error: f64,
 ) -> Vec<PolishedRoot> {
-    let omega: Vec<Complex> = swings
+    let omega: Vec<Complex> = modes
         .iter()
-        .map(|swing| Complex::new(0.0, swing.omega))
+        .map(|mode| Complex::new(0.0, mode.omega))
         .collect();
-    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
-        let wants = is_isolated(k, &omega) && error > POLISH_THRESHOLD * swing.omega;
-        let start = RootEstimate {
+    let modes = modes.into_iter().enumerate().map(|(k, mode)| {
+        let refine = is_isolated(k, &omega) && error > POLISH_THRESHOLD * mode.omega;
+        let estimate = RootEstimate {
             value: omega[k],
-            vector: swing.shape,
+            vector: mode.shape,
             error,
         };
-        polish(eigenproblem, start, wants, RootLocation::OnAxis)
+        polish(eigenproblem, estimate, refine, RootLocation::OnAxis)
     });
-    swings.collect()
+    modes.collect()
 }
 
-/// Roots of the first-order form.
+/// Roots of the first-order form with Im λ ≥ 0, refined on the quadratic.
 fn complex_roots(
     eigenproblem: &QuadraticEigenproblem,
-    state: &CompanionForm,
+    companion: &CompanionForm,
 ) -> Result<Vec<PolishedRoot>, Error> {
-    let mut found = Vec::new();
-    if state.is_empty() {
-        return Ok(found);
+    let mut roots = Vec::new();
+    if companion.is_empty() {
+        return Ok(roots);
     }
-    let matrix = state.matrix(eigenproblem)?;
+    let matrix = companion.matrix(eigenproblem)?;
     let eigen = eigen::eigen(&matrix)?;
-    let swings = eigen.values.iter().filter(|value| value.im > 0.0).count();
+    let n_pairs = eigen.values.iter().filter(|value| value.im > 0.0).count();
     for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
         let value = eigen.values[k];
         if eigenproblem.hysteretic.is_some() && value.im > 0.0 {
             continue;
         }
-        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-        let vector = state.positions(eigenproblem, value, &right);
+        let right: Vec<Complex> = (0..companion.len()).map(|i| eigen.right[(i, k)]).collect();
+        let vector = companion.positions(eigenproblem, value, &right);
         let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-        let wants = is_isolated(k, &eigen.values);
-        found.push(polish(
+        let refine = is_isolated(k, &eigen.values);
+        roots.push(polish(
             eigenproblem,
             RootEstimate {
                 value,
                 vector,
                 error,
             },
-            wants,
-            RootLocation::Anywhere,
+            refine,
+            RootLocation::ComplexPlane,
         ));
     }
     if let Some(h) = &eigenproblem.hysteretic {
-        let extra = state.hysteretic(eigenproblem, h)?;
-        let full = ComplexMatrix::from_fn(state.len(), state.len(), |i, j| {
-            Complex::new(matrix[(i, j)], extra[(i, j)])
+        let imaginary = companion.hysteretic(eigenproblem, h)?;
+        let matrix = ComplexMatrix::from_fn(companion.len(), companion.len(), |i, j| {
+            Complex::new(matrix[(i, j)], imaginary[(i, j)])
         });
-        found.extend(with_loss_factors(eigenproblem, state, &full, swings)?);
+        roots.extend(hysteretic_roots(eigenproblem, companion, &matrix, n_pairs)?);
     }
-    Ok(found)
+    Ok(roots)
 }
 
-/// Eigenvalues above the real axis, where H acts as an imaginary stiffness: as many as are oscillatory without it.
-fn with_loss_factors(
+/// Eigenvalues with Im λ > 0, for which H acts as an imaginary stiffness; their number is that of the oscillatory modes without H.
+fn hysteretic_roots(
     eigenproblem: &QuadraticEigenproblem,
-    state: &CompanionForm,
+    companion: &CompanionForm,
     matrix: &ComplexMatrix,
-    swings: usize,
+    n_pairs: usize,
 ) -> Result<Vec<PolishedRoot>, Error> {
     let (values, right) = eigen::eigen_complex(matrix)?;
-    let mut above: Vec<usize> = (0..values.len()).filter(|&k| values[k].im > 0.0).collect();
-    // Roots that are real without H stand next to the axis here; where H has no meaning they are taken without it.
-    sort_falling(&mut above, |&a| values[a].im);
-    above.truncate(swings);
-    if above.len() < swings {
+    let mut upper: Vec<usize> = (0..values.len()).filter(|&k| values[k].im > 0.0).collect();
+    // Roots that are real without H lie near the real axis here, where H is not defined: they are computed without H.
+    sort_descending(&mut upper, |&a| values[a].im);
+    upper.truncate(n_pairs);
+    if upper.len() < n_pairs {
         let message = format!(
-            "only {} of {swings} modes are still oscillatory with these loss factors",
-            above.len()
+            "only {} of {n_pairs} modes are still oscillatory with these loss factors",
+            upper.len()
         );
         return Err(
             Error::new(Code::NoConvergence, message).with_hint("give viscous damping c instead")
         );
     }
-    let size = modulus(values[values.len() - 1]);
-    let polished = above.iter().map(|&k| {
-        let vector: Vec<Complex> = (0..state.len()).map(|i| right[(i, k)]).collect();
-        let vector = state.positions(eigenproblem, values[k], &vector);
-        // Without the condition of each root a backward error of some ε of the matrix is taken tenfold.
-        let error = 10.0 * f64::EPSILON * size;
+    let largest = modulus(values[values.len() - 1]);
+    let roots = upper.iter().map(|&k| {
+        let vector: Vec<Complex> = (0..companion.len()).map(|i| right[(i, k)]).collect();
+        let vector = companion.positions(eigenproblem, values[k], &vector);
+        // The condition numbers are unknown here: error bound 10 ε |λ|max.
+        let error = 10.0 * f64::EPSILON * largest;
         polish(
             eigenproblem,
             RootEstimate {
@@ -209,16 +209,16 @@ fn with_loss_factors(
                 error,
             },
             is_isolated(k, &values),
-            RootLocation::Anywhere,
+            RootLocation::ComplexPlane,
         )
     });
-    Ok(polished.collect())
+    Ok(roots.collect())
 }
 
-/// Relative error of a root that needs no polishing.
+/// Relative error below which a root is not refined.
 const POLISH_THRESHOLD: f64 = 1e-13;
 
-/// No other root is so near that polishing would mix their shapes.
+/// Whether no other root is close enough for the refinement to mix their shapes.
 fn is_isolated(k: usize, roots: &[Complex]) -> bool {
     const REPEATED: f64 = 1e-8; // relative: √ε, where the shapes of a pair keep half their digits
     roots
@@ -246,71 +246,71 @@ struct PolishedRoot {
     digits: f64,
 }
 
-/// A root as the first solution left it, with its absolute error.
+/// Root of the first-order form with its absolute error.
 struct RootEstimate {
     value: Complex,
     vector: Vec<Complex>,
     error: f64,
 }
 
-/// Knowledge of an eigenvalue's location.
+/// Set in the complex plane on which a root lies.
 #[derive(Clone, Copy, PartialEq)]
 enum RootLocation {
-    /// Nothing.
-    Anywhere,
-    /// It is imaginary: nothing loses energy.
+    /// Complex plane.
+    ComplexPlane,
+    /// Imaginary axis: the model is lossless.
     OnAxis,
 }
 
-/// A residual up to here is rounding of the equation's own terms.
+/// Relative residual that rounding of the terms of the equation explains.
 const ROUNDING: f64 = 1e-12;
 
-/// Largest order for which every root is polished: a step is a complex LU of that order.
+/// Largest order for which roots are refined: each Newton step is a complex LU factorisation of that order.
 const MAX_POLISH_ORDER: usize = 160;
 
-/// Safety factor of a polished eigenvalue's error: ε times its condition times this.
+/// Safety factor of the error bound of a refined eigenvalue: error = factor × ε × condition number.
 const POLISH_SAFETY: f64 = 10.0;
 
-/// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
+/// Refines a root if `refine` is set; keeps the estimate if the refined root lies more than 1000 error bounds away.
 fn polish(
     eigenproblem: &QuadraticEigenproblem,
-    start: RootEstimate,
-    wanted: bool,
-    known: RootLocation,
+    estimate: RootEstimate,
+    refine: bool,
+    location: RootLocation,
 ) -> PolishedRoot {
-    let reach = 1e3 * start.error;
-    let tries = wanted && eigenproblem.len() <= MAX_POLISH_ORDER;
-    let polished = tries
-        .then(|| eigenproblem.polish(start.value, &start.vector).ok())
+    let max_shift = 1e3 * estimate.error;
+    let iterate = refine && eigenproblem.len() <= MAX_POLISH_ORDER;
+    let polished = iterate
+        .then(|| eigenproblem.polish(estimate.value, &estimate.vector).ok())
         .flatten();
-    let near = polished.filter(|root| modulus(root.value - start.value) <= reach);
-    let (mut value, mut x, residual, lost) = match near {
+    let accepted = polished.filter(|root| modulus(root.value - estimate.value) <= max_shift);
+    let (mut value, mut x, residual, relative_error) = match accepted {
         Some(root) => {
-            let lost = POLISH_SAFETY * f64::EPSILON * eigenproblem.condition(&root);
-            (root.value, root.right, root.residual, lost)
+            let relative_error = POLISH_SAFETY * f64::EPSILON * eigenproblem.condition(&root);
+            (root.value, root.right, root.residual, relative_error)
         }
         None => {
-            let residual = eigenproblem.residual(start.value, &start.vector);
+            let residual = eigenproblem.residual(estimate.value, &estimate.vector);
             (
-                start.value,
-                start.vector,
+                estimate.value,
+                estimate.vector,
                 residual,
-                POLISH_SAFETY * start.error / modulus(start.value),
+                POLISH_SAFETY * estimate.error / modulus(estimate.value),
             )
         }
     };
-    if known == RootLocation::OnAxis {
+    if location == RootLocation::OnAxis {
         value = Complex::new(0.0, value.im);
     }
-    if value.im != 0.0 && value.re.abs() <= lost * modulus(value) {
-        // Less than what is certain of λ: no damper sees this mode.
+    if value.im != 0.0 && value.re.abs() <= relative_error * modulus(value) {
+        // Re λ is within the error of λ: the mode is undamped.
         value = Complex::new(0.0, value.im);
     }
     normalise(eigenproblem, value, &mut x);
-    // No root is better than what is left of its equation.
-    let digits = match lost.max(residual.min(1.0) - ROUNDING) {
-        lost if lost.is_nan() => 0.0,
-        lost => (-lost.log10()).clamp(0.0, 15.0),
+    // The residual limits the digits.
+    let digits = match relative_error.max(residual.min(1.0) - ROUNDING) {
+        relative_error if relative_error.is_nan() => 0.0,
+        relative_error => (-relative_error.log10()).clamp(0.0, 15.0),
     };
     PolishedRoot {
         value,
@@ -322,15 +322,15 @@ fn polish(
 
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
 fn normalise(eigenproblem: &QuadraticEigenproblem, value: Complex, x: &mut [Complex]) {
-    let slope = eigenproblem.derivative_times(value, x, false);
+    let derivative = eigenproblem.derivative_times(value, x, false);
     let product = x
         .iter()
-        .zip(&slope)
+        .zip(&derivative)
         .map(|(x, s)| x * s)
         .fold(Complex::ZERO, |s, t| s + t);
     let size: f64 = x
         .iter()
-        .zip(&slope)
+        .zip(&derivative)
         .map(|(x, s)| modulus(*x) * modulus(*s))
         .sum();
     let factor = if modulus(product) > 1e-8 * size {

@@ -1,65 +1,65 @@
-//! Excitation orders of teeth and eccentric members per turn of the reference, exact fractions.
+//! Excitation orders of rotating members and tooth meshes per revolution of the reference, as exact fractions where possible.
 //!
-//! A member turning at Ω excites |Ω/Ω_ref| and its second; teeth meshing on a carrier excite `z |Ω − Ω_carrier| / Ω_ref`
-//! and multiples (Dresig & Holzweißig, Dynamics of Machinery, 2010, ch. 4, for what excites them).
+//! A member rotating at Ω excites the orders `n |Ω/Ω_ref|`; a gear with z teeth that meshes relative to a carrier excites
+//! `n z |Ω − Ω_carrier| / Ω_ref` (Dresig & Holzweißig, Dynamics of Machinery, 2010, ch. 4).
 
 use crate::base::error::Error;
 use crate::machine::components::{Branch, BranchLaw, Gear, Machine};
 use crate::machine::kinematics::{Kinematics, mean_speeds, no_rotation_error, supports_turning};
 use crate::numeric::exact_constraints::ExactConstraints;
 use crate::numeric::fraction::Fraction;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
-/// An order, with all that excites it.
+/// Excitation order with its sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationOrder {
-    /// Per turn of the reference, such as `37/12`; a decimal where the stated speeds are in no ratio of whole numbers.
+    /// Order per revolution of the reference as text, such as `37/12`; decimal if the stated speeds have no rational ratio.
     pub fraction: String,
-    /// The same, where it is exact.
+    /// Exact order; `None` if only the decimal is known.
     pub exact: Option<Fraction>,
-    /// The same as a number.
+    /// Order as a number, > 0.
     pub value: f64,
-    /// Excitation sources of the order: one or more, where orders coincide.
+    /// Sources of the order, at least one; several if their orders coincide.
     pub sources: Vec<ExcitationSource>,
 }
 
 /// A member of the machine that excites an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExcitationSource {
-    /// The element: a gear pair, a planetary stage, a belt; of the reference its own.
+    /// Name of the element: a gear pair, a planetary stage, a belt; for the reference, the element of its node.
     pub element: String,
-    /// The node of its member.
+    /// Name of the node of the member.
     pub member: String,
-    /// The number of that node.
+    /// Index of that node in `machine.nodes`.
     pub node: usize,
-    /// Gear number in `machine.gears`; `None` for the reference where it carries no gear.
+    /// Index in `machine.gears`; `None` for a reference without a gear.
     pub gear: Option<usize>,
     /// Cause of the excitation.
     pub cause: ExcitationCause,
-    /// 1 for the order itself, 2 for twice it, ….
+    /// Harmonic number n ≥ 1.
     pub multiple: u32,
 }
 
 /// Cause by which a member excites an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExcitationCause {
-    /// It turns: eccentricity, unbalance.
+    /// Rotation: eccentricity, unbalance.
     Rotation,
     /// Tooth meshing of the member.
     Mesh,
 }
 
-/// Which orders are wanted.
+/// Numbers of harmonics per source.
 #[derive(Debug, Clone, Copy)]
 pub struct OrderOptions {
-    /// Multiples of a member's rotation.
+    /// Harmonics of the rotation of a member.
     pub rotation_multiples: u32,
-    /// Multiples of a mesh.
+    /// Harmonics of a tooth mesh.
     pub mesh_multiples: u32,
 }
 
 impl Default for OrderOptions {
-    /// Two of a rotation, three of a mesh.
+    /// Two harmonics of a rotation, three of a mesh.
     fn default() -> Self {
         OrderOptions {
             rotation_multiples: 2,
@@ -68,36 +68,36 @@ impl Default for OrderOptions {
     }
 }
 
-/// The degree of freedom all orders refer to: that of the first speed stated, else the first that can turn.
+/// Degree of freedom that all orders refer to: that of the first stated speed, else the first dof that can rotate.
 ///
 /// # Errors
-/// Nothing can turn.
+/// The error of [`no_rotation_error`] if no dof can rotate.
 pub fn reference_dof(machine: &Machine) -> Result<usize, Error> {
     let stated = machine.speeds.first().map(|&(dof, _)| dof);
     let first = || {
-        let turning = joint_constraints(machine, machine.dofs.len());
-        (0..machine.dofs.len()).find(|&dof| !turning.is_zero(dof))
+        let constraints = joint_constraints(machine, machine.dofs.len());
+        (0..machine.dofs.len()).find(|&dof| !constraints.is_zero(dof))
     };
     stated
         .or_else(first)
         .ok_or_else(|| no_rotation_error(machine))
 }
 
-/// Every order of the reference and of every gear and pulley, ascending, each fraction once. Members that stand still have none.
+/// Orders of the reference and of every gear and pulley, ascending, each fraction once; stationary members excite none.
 ///
 /// # Errors
-/// Those of `mean_speeds`.
+/// Errors of [`mean_speeds`].
 pub fn excitation_orders(
     machine: &Machine,
     kinematics: &Kinematics,
     options: &OrderOptions,
 ) -> Result<Vec<ExcitationOrder>, Error> {
     let reference = reference_dof(machine)?;
-    let unit = mean_speeds(machine, kinematics, Some(1.0))?;
+    let speeds = mean_speeds(machine, kinematics, Some(1.0))?;
     let ratios = SpeedConstraints {
-        unit,
+        speeds,
         reference,
-        turning: speed_constraints(machine, reference),
+        constraints: speed_constraints(machine, reference),
     };
     let node_of = |dof: usize| machine.dofs[dof].node;
     let mut members: Vec<ExcitingMember> = machine
@@ -108,26 +108,26 @@ pub fn excitation_orders(
         .collect();
     if members
         .iter()
-        .all(|member| node_of(member.turning) != node_of(reference))
+        .all(|member| node_of(member.dof) != node_of(reference))
     {
         let element = machine.nodes[node_of(reference)].element;
         members.push(ExcitingMember {
             element,
             gear: None,
-            turning: reference,
+            dof: reference,
             teeth: None,
             carrier: None,
         });
     }
     let mut orders: Vec<ExcitationOrder> = Vec::new();
     for member in &members {
-        let mut put = |cause: ExcitationCause, multiple: u32| {
+        let mut add = |cause: ExcitationCause, multiple: u32| {
             let Some((exact, value)) = ratios.order(member, cause, multiple) else {
                 return;
             };
             let decimal = || format!("{value:.9}");
             let fraction = exact.as_ref().map_or_else(decimal, Fraction::to_string);
-            let node = node_of(member.turning);
+            let node = node_of(member.dof);
             let element = machine.elements[member.element].name.clone();
             let name = machine.nodes[node].name.clone();
             let source = ExcitationSource {
@@ -149,20 +149,20 @@ pub fn excitation_orders(
             }
         };
         (1..=options.rotation_multiples)
-            .for_each(|multiple| put(ExcitationCause::Rotation, multiple));
+            .for_each(|multiple| add(ExcitationCause::Rotation, multiple));
         if member.teeth.is_some() {
-            (1..=options.mesh_multiples).for_each(|multiple| put(ExcitationCause::Mesh, multiple));
+            (1..=options.mesh_multiples).for_each(|multiple| add(ExcitationCause::Mesh, multiple));
         }
     }
-    sort_rising(&mut orders, |a| a.value);
+    sort_ascending(&mut orders, |a| a.value);
     Ok(orders)
 }
 
-/// A member that excites orders.
+/// Member with its gear data; `element`, the rotation `dof` and the dof `carrier` are indices.
 struct ExcitingMember {
     element: usize,
     gear: Option<usize>,
-    turning: usize,
+    dof: usize,
     teeth: Option<u32>,
     carrier: Option<usize>,
 }
@@ -171,7 +171,7 @@ impl ExcitingMember {
     fn from_gear(number: usize, gear: &Gear) -> ExcitingMember {
         let &Gear {
             element,
-            rotation_dof: turning,
+            rotation_dof: dof,
             teeth,
             carrier,
             ..
@@ -179,22 +179,22 @@ impl ExcitingMember {
         ExcitingMember {
             element,
             gear: Some(number),
-            turning,
+            dof,
             teeth,
             carrier,
         }
     }
 }
 
-/// Everything that ties speeds together, with room for one unknown more.
+/// Mean speeds for a reference at 1 rad/s, and the constraints between them with one extra unknown for the order.
 struct SpeedConstraints {
-    unit: Vec<f64>,
+    speeds: Vec<f64>,
     reference: usize,
-    turning: ExactConstraints,
+    constraints: ExactConstraints,
 }
 
 impl SpeedConstraints {
-    /// `|factor (Ω − Ω_carrier)| / Ω_ref`, exact where it can be, and its value; nothing where that is zero.
+    /// `|factor (Ω − Ω_carrier)| / Ω_ref`, as an exact fraction if possible, and as a number; `None` if it is zero.
     fn order(
         &self,
         member: &ExcitingMember,
@@ -208,45 +208,45 @@ impl SpeedConstraints {
                 member.carrier,
             ),
         };
-        let order = self.unit.len();
-        let mut row = vec![(order, 1.0), (member.turning, -factor)];
+        let unknown = self.speeds.len();
+        let mut row = vec![(unknown, 1.0), (member.dof, -factor)];
         row.extend(carrier.map(|carrier| (carrier, factor)));
-        let mut turning = self.turning.clone();
-        turning.impose(&row);
-        if turning.is_zero(order) {
+        let mut constraints = self.constraints.clone();
+        constraints.impose(&row);
+        if constraints.is_zero(unknown) {
             return None;
         }
-        if let Some(exact) = turning.exact_ratio(order, self.reference) {
+        if let Some(exact) = constraints.exact_ratio(unknown, self.reference) {
             let exact = exact.abs();
             let value = exact.to_f64();
             return Some((Some(exact), value));
         }
         let value =
-            (factor * (self.unit[member.turning] - carrier.map_or(0.0, |c| self.unit[c]))).abs();
-        // The speeds are of a machine whose reference turns at 1 rad/s: below this is rounding of a member at rest.
+            (factor * (self.speeds[member.dof] - carrier.map_or(0.0, |c| self.speeds[c]))).abs();
+        // The reference rotates at 1 rad/s: a value below this is rounding of a stationary member.
         (value > 1e-12 * factor).then_some((None, value))
     }
 }
 
-/// Kinematic constraints between speeds: rigid and elastic joints alike, short rows first. One unknown is left over at the end. As in
-/// [`mean_speeds`], torsional supports hold about the mean turn where with them nothing, or not what is said to turn, could turn.
+/// Kinematic constraints that rigid and elastic joints impose on the mean speeds, short rows first. As in [`mean_speeds`], torsional
+/// supports are omitted if they would block every dof or a dof with a stated nonzero speed.
 fn joint_constraints(machine: &Machine, unknowns: usize) -> ExactConstraints {
-    let all = constraints_of(machine, unknowns, |_| true);
-    let held = |&(dof, speed): &(usize, f64)| speed != 0.0 && all.is_zero(dof);
-    if (0..machine.dofs.len()).any(|dof| !all.is_zero(dof)) && !machine.speeds.iter().any(held) {
-        return all;
+    let joints = branch_constraints(machine, unknowns, |_| true);
+    let idle = |&(dof, speed): &(usize, f64)| speed != 0.0 && joints.is_zero(dof);
+    if (0..machine.dofs.len()).any(|dof| !joints.is_zero(dof)) && !machine.speeds.iter().any(idle) {
+        return joints;
     }
-    constraints_of(machine, unknowns, |branch| {
+    branch_constraints(machine, unknowns, |branch| {
         !supports_turning(machine, branch)
     })
 }
 
-fn constraints_of(
+fn branch_constraints(
     machine: &Machine,
     unknowns: usize,
-    counts: impl Fn(&Branch) -> bool,
+    includes: impl Fn(&Branch) -> bool,
 ) -> ExactConstraints {
-    let mut turning = ExactConstraints::new(unknowns);
+    let mut constraints = ExactConstraints::new(unknowns);
     let mut rows: Vec<&[(usize, f64)]> = machine
         .branches
         .iter()
@@ -254,44 +254,44 @@ fn constraints_of(
             BranchLaw::Linear { stiffness, .. } => stiffness != 0.0,
             BranchLaw::Rigid => true,
         })
-        .filter(|branch| counts(branch))
+        .filter(|branch| includes(branch))
         .map(|branch| branch.direction.terms.as_slice())
         .collect();
     rows.sort_by_key(|row| row.len());
     for row in rows {
-        turning.impose(row);
+        constraints.impose(row);
     }
-    turning
+    constraints
 }
 
-/// The joints, and the stated speeds beyond the first as ratios to it.
+/// Constraints of the joints and of the second and further stated speeds, as ratios to the first.
 pub fn speed_constraints(machine: &Machine, reference: usize) -> ExactConstraints {
-    let mut turning = joint_constraints(machine, machine.dofs.len() + 1);
-    let base = machine.speeds.first().map_or(0.0, |stated| stated.1);
+    let mut constraints = joint_constraints(machine, machine.dofs.len() + 1);
+    let first_speed = machine.speeds.first().map_or(0.0, |stated| stated.1);
     for &(dof, speed) in machine.speeds.iter().skip(1) {
         if speed == 0.0 {
-            turning.impose(&[(dof, 1.0)]);
-        } else if let Some((top, bottom)) = simple_fraction(speed / base) {
-            turning.impose(&[(dof, bottom), (reference, -top)]);
+            constraints.impose(&[(dof, 1.0)]);
+        } else if let Some((numerator, denominator)) = simple_fraction(speed / first_speed) {
+            constraints.impose(&[(dof, denominator), (reference, -numerator)]);
         }
     }
-    turning
+    constraints
 }
 
-/// The fraction a ratio of speeds in round numbers was meant to be, by continued fractions.
+/// Numerator and denominator of a ratio of rounded speeds, by continued fractions; `None` beyond denominators of 10⁶.
 fn simple_fraction(x: f64) -> Option<(f64, f64)> {
-    const SAME: f64 = 1e-13; // relative: a few roundings of rpm to rad/s
-    const LARGEST: f64 = 1e6; // of a denominator: speeds have six figures at most
-    let (mut top, mut bottom) = ([1.0, x.floor()], [0.0, 1.0]);
-    let mut rest = x - x.floor();
-    while (top[1] / bottom[1] - x).abs() > SAME * x.abs() {
-        let whole = (1.0 / rest).floor();
-        rest = 1.0 / rest - whole;
-        top = [top[1], whole * top[1] + top[0]];
-        bottom = [bottom[1], whole * bottom[1] + bottom[0]];
-        if bottom[1].is_nan() || bottom[1] > LARGEST {
+    const TOLERANCE: f64 = 1e-13; // relative: a few roundings of rpm to rad/s
+    const MAX_DENOMINATOR: f64 = 1e6; // speeds have six figures at most
+    let (mut p, mut q) = ([1.0, x.floor()], [0.0, 1.0]);
+    let mut remainder = x - x.floor();
+    while (p[1] / q[1] - x).abs() > TOLERANCE * x.abs() {
+        let quotient = (1.0 / remainder).floor();
+        remainder = 1.0 / remainder - quotient;
+        p = [p[1], quotient * p[1] + p[0]];
+        q = [q[1], quotient * q[1] + q[0]];
+        if q[1].is_nan() || q[1] > MAX_DENOMINATOR {
             return None;
         }
     }
-    top[1].is_finite().then_some((top[1], bottom[1]))
+    p[1].is_finite().then_some((p[1], q[1]))
 }

@@ -62,12 +62,10 @@ pub fn gyroscopic_modes(
         .count();
     if nonzero < np {
         let message = format!(
-            "{} of {np} frequencies are below the rounding of the fastest",
+            "{} of {np} frequencies are below the rounding error of the highest",
             np - nonzero
         );
-        return Err(
-            Error::new(Code::Overflow, message).with_hint("check for a speed of absurd size")
-        );
+        return Err(Error::new(Code::Overflow, message).with_hint("check the size of speeds"));
     }
     let swings = (0..n)
         .filter(|&column| values[column] > n as f64 * error)

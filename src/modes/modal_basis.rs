@@ -1,7 +1,7 @@
 //! Undamped modes of `K = Wᵀ diag(k) W`: symmetric eigenproblem with frequencies from energies, or singular values of the factored form.
 //!
-//! Both keep the digits of small frequencies next to large ones: the first as [`energy_modes`] says, the second because the frequencies
-//! are the singular values of `√k W L⁻ᵀ`, `M = L Lᵀ`, and K is never formed. Coordinates without inertia are condensed in that factored form.
+//! Both solvers keep the relative accuracy of small frequencies next to large ones. The first is described at [`energy_modes`]. The second
+//! takes the singular values of `√k W L⁻ᵀ`, `M = L Lᵀ`, and never forms K; massless coordinates are condensed in the factored form.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -14,36 +14,36 @@ use crate::numeric::{Matrix, graded, symmetric};
 /// Solver of the undamped eigenvalue problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UndampedSolver {
-    /// Symmetric eigenproblem, frequencies from energies; the factored form where their bound is too large. Shapes have of each other what
-    /// gives their strains a cosine of this at most.
+    /// Symmetric eigenproblem with frequencies from energies, or the factored form if the error bound is too large. The value is the
+    /// largest cosine between the strains of two shapes.
     Symmetric(f64),
-    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi. Shapes are as right as the frequencies.
+    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi. Shapes are as accurate as the frequencies.
     Factored,
 }
 
 /// Undamped modes over the independent coordinates.
 #[derive(Debug, Clone)]
 pub struct ModalBasis {
-    /// rad/s, ascending; the first `n_rigid` are exactly zero.
+    /// Natural frequencies, rad/s, ascending; the first `n_rigid` are exactly zero.
     pub omega: Vec<f64>,
-    /// Rigid-body modes.
+    /// Number of rigid-body modes.
     pub n_rigid: usize,
-    /// Columns: mass-normalised shapes over all independent coordinates, the massless ones following statically.
+    /// Mass-normalised shapes as columns over all independent coordinates; massless coordinates follow statically.
     pub shapes: Matrix,
-    /// Decimal digits each frequency can be trusted to.
+    /// Number of correct decimal digits of each frequency; ∞ for zero frequencies.
     pub digits: Vec<f64>,
-    /// Solver that found the modes.
+    /// Solver that computed the modes.
     pub solution: BasisSolution,
 }
 
-/// Solver that found a basis, with what it says of its frequencies.
+/// Solver that computed a basis, with the error bound of its frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BasisSolution {
-    /// Energies of the modes of a symmetric eigenproblem.
+    /// Symmetric eigenproblem with frequencies from energies.
     Symmetric {
-        /// Bound of the relative error of any frequency.
+        /// Largest bound of the relative error of a frequency.
         bound: f64,
-        /// Number of modes that were rotated.
+        /// Number of rotated modes.
         n_rotated: usize,
     },
     /// Singular values of the factored form.
@@ -51,7 +51,7 @@ pub enum BasisSolution {
 }
 
 impl ModalBasis {
-    /// No modes, over `n` coordinates.
+    /// Basis without modes over `n` coordinates.
     pub fn empty(n: usize) -> ModalBasis {
         ModalBasis {
             omega: Vec::new(),
@@ -63,20 +63,20 @@ impl ModalBasis {
     }
 }
 
-/// Digits of the factored form: the worst relative error over chains, trees and loops with stiffness spread 1e14 and inertia
-/// spread 1e12 in tests/machine/numeric_graded.rs is below 1e-14, of assembled machines in tests/machine/graded_machines.rs below 1e-13.
+/// Correct digits of the factored form. The worst relative error over chains, trees and loops with stiffness spread 1e14 and inertia
+/// spread 1e12 is below 1e-14 (tests/machine/numeric_graded.rs), over assembled machines below 1e-13 (tests/machine/graded_machines.rs).
 const FACTORED_DIGITS: f64 = 13.0;
 
-/// Tolerance of shapes that are listed and read, and feed no further solution.
+/// Shape tolerance, a cosine, for modes that are only listed and enter no further computation.
 pub const LISTED_SHAPE_TOLERANCE: f64 = 1e-9;
 
-/// A frequency above this share of the largest is no rounding of a zero.
+/// Smallest ratio to the largest frequency of a frequency that is not the rounding of zero.
 const STRAINED: f64 = 1e-6;
 
-/// Solves for every mode.
+/// Computes all undamped modes of a model.
 ///
 /// # Errors
-/// A mass matrix that is not positive definite; numbers out of range; no convergence.
+/// Errors for a mass matrix that is not positive definite, for overflow, and for an iteration that does not converge.
 pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, Error> {
     let order = CoordinateOrder::new(model);
     let condensed = match model.massless.len() {
@@ -85,7 +85,7 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
     };
     let mass_factor = mass_factor(model, &order)?;
     let rigid = rigid_modes(model);
-    let frame = ScaledEigenproblem {
+    let eigenproblem = ScaledEigenproblem {
         model,
         order: &order,
         condensed,
@@ -93,18 +93,18 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
         rigid,
     };
     if let UndampedSolver::Symmetric(shape_tolerance) = solver
-        && let Some(basis) = frame.by_energies(shape_tolerance)?
+        && let Some(basis) = eigenproblem.solve_symmetric(shape_tolerance)?
     {
         return Ok(basis);
     }
-    frame.by_factored_form()
+    eigenproblem.solve_factored()
 }
 
-/// `√k W`, a row for each square, a column for each coordinate in their sorted order.
+/// `√k W`: one row per elastic branch, one column per coordinate in the sorted order.
 fn strain_rows(model: &LinearModel, order: &CoordinateOrder) -> Matrix {
-    let squares: Vec<&LinearBranch> = squares(model).collect();
-    let mut rows = Matrix::zeros(squares.len(), model.n);
-    for (i, branch) in squares.iter().enumerate() {
+    let branches: Vec<&LinearBranch> = elastic_branches(model).collect();
+    let mut rows = Matrix::zeros(branches.len(), model.n);
+    for (i, branch) in branches.iter().enumerate() {
         let root = branch.stiffness.sqrt();
         for (j, a) in branch.direction.entries() {
             rows[(i, order.position[j])] += root * a;
@@ -114,36 +114,36 @@ fn strain_rows(model: &LinearModel, order: &CoordinateOrder) -> Matrix {
 }
 
 /// Branches whose strain energy is `½ k (wᵀp)²`.
-fn squares(model: &LinearModel) -> impl Iterator<Item = &LinearBranch> {
-    let all = model.branches.iter();
-    all.filter(|b| b.stiffness > 0.0 && b.force.is_none())
+fn elastic_branches(model: &LinearModel) -> impl Iterator<Item = &LinearBranch> {
+    let branches = model.branches.iter();
+    branches.filter(|b| b.stiffness > 0.0 && b.force.is_none())
 }
 
-/// A machine ready for either solver.
+/// Data of the eigenproblem that both solvers use.
 struct ScaledEigenproblem<'a> {
     model: &'a LinearModel,
     order: &'a CoordinateOrder,
-    /// Without the coordinates that have no inertia, where there are any.
+    /// Static condensation of the massless coordinates; `None` if there are none.
     condensed: Option<graded::StaticCondensation>,
     mass_factor: MassFactor,
     rigid: Vec<Vec<f64>>,
 }
 
 impl ScaledEigenproblem<'_> {
-    /// `None` where the bound of an error is too large.
-    fn by_energies(&self, shape_tolerance: f64) -> Result<Option<ModalBasis>, Error> {
+    /// Symmetric eigenproblem; `None` if the error bound of a frequency is too large.
+    fn solve_symmetric(&self, shape_tolerance: f64) -> Result<Option<ModalBasis>, Error> {
         let first = self.model.massless.len();
         let mut springs = Squares::default();
-        for branch in squares(self.model) {
+        for branch in elastic_branches(self.model) {
             self.push(&mut springs, branch.stiffness, &branch.direction);
         }
         let expansion = self.expansion();
         let rigid = self.rigid.iter().map(|p| {
-            let heavy: Vec<f64> = (self.order.coordinates[first..].iter().map(|&i| p[i])).collect();
-            self.mass_factor.transposed_times(&heavy)
+            let x: Vec<f64> = (self.order.coordinates[first..].iter().map(|&i| p[i])).collect();
+            self.mass_factor.transposed_times(&x)
         });
         let rigid: Vec<Vec<f64>> = rigid.collect();
-        let Some(found) = energy_modes(&springs, &expansion, &rigid, shape_tolerance)? else {
+        let Some(modes) = energy_modes(&springs, &expansion, &rigid, shape_tolerance)? else {
             return Ok(None);
         };
         let EnergyModes {
@@ -151,13 +151,13 @@ impl ScaledEigenproblem<'_> {
             vectors,
             bounds,
             n_rotated,
-        } = found;
+        } = modes;
         let bound = bounds.iter().copied().fold(0.0, f64::max);
         let lowest = omega.first().copied().unwrap_or(f64::INFINITY);
-        // Branches that are no squares may hold what the squares alone leave free.
-        let all_strained = self.model.is_sum_of_squares()
+        // Branches with negative stiffness or a force of their own may restrain motions that the other branches do not strain.
+        let no_missed_zero = self.model.is_sum_of_squares()
             || lowest > STRAINED * omega.last().copied().unwrap_or(0.0);
-        if !(all_strained && bounds.iter().all(|b| *b <= MAX_BOUND)) {
+        if !(no_missed_zero && bounds.iter().all(|b| *b <= MAX_BOUND)) {
             return Ok(None);
         }
         let shapes = expansion.product(&vectors);
@@ -166,7 +166,7 @@ impl ScaledEigenproblem<'_> {
         self.basis(omega, column, solution).map(Some)
     }
 
-    /// E of `x = E y` over the sorted coordinates.
+    /// Matrix E of `x = E y` over the sorted coordinates x and the mass-normalised coordinates y.
     fn expansion(&self) -> Expansion {
         if let (None, MassFactor::Diagonal(root)) = (&self.condensed, &self.mass_factor) {
             return Expansion::Diagonal(root.iter().map(|root| 1.0 / root).collect());
@@ -176,33 +176,33 @@ impl ScaledEigenproblem<'_> {
             self.push(&mut masses, mass.value, &mass.direction);
         }
         let n = self.model.n - self.model.massless.len();
-        let heavy = self.mass_factor.solve_transposed(&Matrix::identity(n, n));
-        Expansion::Dense(self.with_light(heavy), masses)
+        let massive = self.mass_factor.solve_transposed(&Matrix::identity(n, n));
+        Expansion::Dense(self.with_massless(massive), masses)
     }
 
-    /// A square over the sorted coordinates; the scale of a direction goes to the root, so that whole coefficients stay whole.
+    /// Adds a square over the sorted coordinates; the scale of the direction goes to the root, so that integer coefficients stay integers.
     fn push(&self, squares: &mut Squares, value: f64, direction: &Direction) {
         let terms = direction.terms.iter();
         let terms = terms.map(|&(j, a)| (self.order.position[j], a));
         squares.push(value.sqrt() * direction.scale.abs(), terms);
     }
 
-    /// Puts what follows statically on top of the coordinates with inertia.
-    fn with_light(&self, heavy: Matrix) -> Matrix {
+    /// Adds the rows of the massless coordinates, which follow statically, above those of the coordinates with inertia.
+    fn with_massless(&self, massive: Matrix) -> Matrix {
         let Some(condensed) = &self.condensed else {
-            return heavy;
+            return massive;
         };
-        let light = symmetric::product(&condensed.recovery, &heavy);
-        let first = light.nrows();
-        Matrix::from_fn(first + heavy.nrows(), heavy.ncols(), |i, j| {
+        let massless = symmetric::product(&condensed.recovery, &massive);
+        let first = massless.nrows();
+        Matrix::from_fn(first + massive.nrows(), massive.ncols(), |i, j| {
             match i.checked_sub(first) {
-                Some(i) => heavy[(i, j)],
-                None => light[(i, j)],
+                Some(i) => massive[(i, j)],
+                None => massless[(i, j)],
             }
         })
     }
 
-    fn by_factored_form(&self) -> Result<ModalBasis, Error> {
+    fn solve_factored(&self) -> Result<ModalBasis, Error> {
         let n = self.model.n - self.model.massless.len();
         let n_rigid = self.rigid.len();
         let scaled = match &self.condensed {
@@ -211,17 +211,17 @@ impl ScaledEigenproblem<'_> {
                 .mass_factor
                 .right_divide(&strain_rows(self.model, self.order)),
         };
-        let found = graded::svd(&scaled, Some(n - n_rigid))?;
-        let shapes = self.with_light(self.mass_factor.solve_transposed(&found.vectors));
+        let svd = graded::svd(&scaled, Some(n - n_rigid))?;
+        let shapes = self.with_massless(self.mass_factor.solve_transposed(&svd.vectors));
         let column = |j: usize| shapes.col_as_slice(n_rigid + j);
         self.basis(
-            found.values[n_rigid..].to_vec(),
+            svd.values[n_rigid..].to_vec(),
             column,
             BasisSolution::Factored,
         )
     }
 
-    /// Rigid-body modes and the elastic ones, whose shapes are given over the sorted coordinates.
+    /// Basis of the rigid-body modes and the elastic modes, whose shapes are over the sorted coordinates.
     fn basis<'x>(
         &self,
         elastic: Vec<f64>,
@@ -235,14 +235,14 @@ impl ScaledEigenproblem<'_> {
         }
         for j in 0..elastic.len() {
             let column = shapes.col_as_slice_mut(n_rigid + j);
-            let both = self.order.coordinates.iter().zip(shape(j));
-            both.for_each(|(&i, x)| column[i] = *x);
+            let entries = self.order.coordinates.iter().zip(shape(j));
+            entries.for_each(|(&i, x)| column[i] = *x);
         }
         let omega: Vec<f64> = std::iter::repeat_n(0.0, n_rigid).chain(elastic).collect();
-        if let Some(bad) = omega.iter().position(|w| !w.is_finite()) {
+        if let Some(invalid) = omega.iter().position(|w| !w.is_finite()) {
             return Err(Error::new(
                 Code::Overflow,
-                format!("frequency {} of {n} is out of range", bad + 1),
+                format!("frequency {} of {n} is out of range", invalid + 1),
             ));
         }
         let digits = |w: &f64| match *w == 0.0 {
@@ -259,25 +259,25 @@ impl ScaledEigenproblem<'_> {
     }
 }
 
-/// Coordinates sorted: those without inertia first.
+/// Order of the coordinates with the massless ones first.
 struct CoordinateOrder {
     /// Coordinates in the sorted order.
     coordinates: Vec<usize>,
-    /// Place of each coordinate in it.
+    /// Position of each coordinate in the sorted order.
     position: Vec<usize>,
 }
 
 impl CoordinateOrder {
     fn new(model: &LinearModel) -> CoordinateOrder {
-        let mut light = vec![false; model.n];
-        model.massless.iter().for_each(|&j| light[j] = true);
-        let heavy = (0..model.n).filter(|&j| !light[j]);
-        let coordinates: Vec<usize> = model.massless.iter().copied().chain(heavy).collect();
+        let mut massless = vec![false; model.n];
+        model.massless.iter().for_each(|&j| massless[j] = true);
+        let massive = (0..model.n).filter(|&j| !massless[j]);
+        let coordinates: Vec<usize> = model.massless.iter().copied().chain(massive).collect();
         let mut position = vec![0; model.n];
         coordinates
             .iter()
             .enumerate()
-            .for_each(|(place, &j)| position[j] = place);
+            .for_each(|(at, &j)| position[j] = at);
         CoordinateOrder {
             coordinates,
             position,
@@ -289,8 +289,8 @@ impl CoordinateOrder {
 fn mass_factor(model: &LinearModel, order: &CoordinateOrder) -> Result<MassFactor, Error> {
     let first = model.massless.len();
     if let Some(diagonal) = model.mass_diagonal() {
-        let heavy = order.coordinates[first..].iter();
-        return Ok(MassFactor::diagonal(heavy.map(|&j| diagonal[j])));
+        let massive = order.coordinates[first..].iter();
+        return Ok(MassFactor::diagonal(massive.map(|&j| diagonal[j])));
     }
     let n = model.n - first;
     let mut m = Matrix::zeros(n, n);
@@ -304,16 +304,16 @@ fn mass_factor(model: &LinearModel, order: &CoordinateOrder) -> Result<MassFacto
     MassFactor::full(&m)
 }
 
-/// The motions that strain nothing, M-orthonormal, in their order.
+/// Rigid-body modes: the motions without strain, M-orthonormalised in their order over the independent coordinates.
 pub fn rigid_modes(model: &LinearModel) -> Vec<Vec<f64>> {
     let mut modes: Vec<Vec<f64>> = Vec::with_capacity(model.rigid.len());
     for motion in &model.rigid {
         let mut r = motion.clone();
-        // Twice is enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
+        // Two Gram–Schmidt passes are enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
         for _ in 0..2 {
-            for done in &modes {
-                let share = mass_product(model, done, &r);
-                r.iter_mut().zip(done).for_each(|(x, d)| *x -= share * d);
+            for mode in &modes {
+                let c = mass_product(model, mode, &r);
+                r.iter_mut().zip(mode).for_each(|(x, d)| *x -= c * d);
             }
         }
         let norm = mass_product(model, &r, &r).sqrt();
@@ -339,25 +339,25 @@ pub fn column(matrix: &Matrix, j: usize) -> Vec<f64> {
     (0..matrix.nrows()).map(|i| matrix[(i, j)]).collect()
 }
 
-/// `wᵀΦ`, a direction projected on every mode.
+/// `wᵀΦ`: projection of a direction on every mode.
 pub fn project_direction(direction: &Direction, shapes: &Matrix) -> Vec<f64> {
     (0..shapes.ncols())
         .map(|j| direction.entries().map(|(i, a)| a * shapes[(i, j)]).sum())
         .collect()
 }
 
-/// The same, exactly zero for each of the first `n_rigid` columns in which the terms cancel to rounding.
-pub fn seen_by_rigid(direction: &Direction, shapes: &Matrix, n_rigid: usize) -> Vec<f64> {
-    const CANCELS: f64 = 1e-12; // relative; rigid motions are known to some ε
-    let mut all = project_direction(direction, shapes);
-    for (j, sum) in all.iter_mut().enumerate().take(n_rigid) {
+/// `wᵀΦ`, set to exactly zero for each of the first `n_rigid` columns in which the terms cancel to rounding.
+pub fn project_with_zeros(direction: &Direction, shapes: &Matrix, n_rigid: usize) -> Vec<f64> {
+    const TOLERANCE: f64 = 1e-12; // relative; rigid-body motions are accurate to a few ε
+    let mut projection = project_direction(direction, shapes);
+    for (j, sum) in projection.iter_mut().enumerate().take(n_rigid) {
         let size: f64 = direction
             .entries()
             .map(|(i, a)| (a * shapes[(i, j)]).abs())
             .sum();
-        if sum.abs() <= CANCELS * size {
+        if sum.abs() <= TOLERANCE * size {
             *sum = 0.0;
         }
     }
-    all
+    projection
 }

@@ -4,7 +4,7 @@
 //! coordinates move beyond that, the elastic energy is `½ Σ ω² η² + ½ dᵀ K₀₀ d` without coupling, so that small
 //! frequencies keep their digits. Then `I η̈ + C̃ (η̇, ḋ) + (K̃ + i sgn(Im λ) H̃)(η, d) = 0`.
 
-use super::modal_basis::{ModalBasis, project_direction, seen_by_rigid};
+use super::modal_basis::{ModalBasis, project_direction, project_with_zeros};
 use crate::machine::components::Machine;
 use crate::machine::direction::Direction;
 use crate::machine::linear::LinearModel;
@@ -151,7 +151,7 @@ impl ModalMatrices {
         const NONE: f64 = 1e-12; // of the largest; rigid modes are known to some ε
         let mut form = Matrix::zeros(n, n);
         for (v, m) in terms {
-            let v = seen_by_rigid(v, &self.shapes, n);
+            let v = project_with_zeros(v, &self.shapes, n);
             add_outer(&mut form, *m, &v[..n], &v[..n], 0);
         }
         let without = (0..n).filter(|&i| form[(i, i)] == 0.0).count();
@@ -178,7 +178,7 @@ impl ModalMatrices {
             add_skew(&mut self.damping, *g, &a, &b);
         }
         for (v, m) in &terms.centripetal {
-            let mut v = seen_by_rigid(v, &self.shapes, n_rigid);
+            let mut v = project_with_zeros(v, &self.shapes, n_rigid);
             v[..n_turning].fill(0.0);
             add_outer(&mut self.stiffness, -m, &v, &v, 0);
         }

@@ -1,8 +1,8 @@
 //! Lowest modes, or modes nearest a frequency, of large machines (Lanczos, Sturm count).
 //!
-//! Torsional trains are forests of two-ended springs, eliminated in series and parallel without subtraction. Without loops their
-//! lowest modes come from Sturm bisection and inverse iteration, one by one; with loops, or near a frequency, from Lanczos with the
-//! rigid-body modes taken out. Everything else goes through a sparse LDLᵀ. A Sturm count says that no mode is missing.
+//! Torsional models are forests of two-ended springs, eliminated in series and parallel without subtraction. Their lowest modes come from
+//! Sturm bisection and inverse iteration if there are no loops; otherwise, and near a frequency, from Lanczos iteration with the rigid-body
+//! modes deflated. All other models use a sparse LDLᵀ factorisation. A Sturm count verifies that no mode is missing.
 
 use super::modal_basis::rigid_modes;
 use super::mode::Mode;
@@ -14,47 +14,47 @@ use crate::numeric::forest::{Forest, ForestSpring};
 use crate::numeric::forest_modes::lowest_modes;
 use crate::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
 use crate::numeric::shift_invert::{EnergyCorrected, ShiftInvert, ShiftedForest};
-use crate::numeric::sorting::rising_order;
+use crate::numeric::sorting::ascending_order;
 use crate::numeric::sparse::{LdlFactor, SparseSymmetric};
 
-/// Which modes are wanted.
+/// Number and frequency range of the requested modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubsetRequest {
-    /// Number of modes, rigid-body modes among them where they are the lowest.
+    /// Number of modes; it includes the rigid-body modes if the lowest modes are requested.
     pub count: usize,
-    /// rad/s; `None`: the lowest.
-    pub near: Option<f64>,
+    /// Frequency, rad/s, whose nearest modes are requested; `None` for the lowest modes.
+    pub near_omega: Option<f64>,
 }
 
 /// Solver of the shifted systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SubsetSolver {
-    /// Elimination of a forest in series and parallel.
+    /// Series and parallel elimination of a forest.
     Forest,
-    /// Sparse LDLᵀ of the assembled matrices.
+    /// Sparse LDLᵀ factorisation of the assembled matrices.
     Sparse,
 }
 
-/// The modes found.
+/// Requested modes with the solver and its effort.
 #[derive(Debug, Clone)]
 pub struct ModeSubset {
-    /// By rising frequency.
+    /// Modes by rising frequency.
     pub modes: Vec<Mode>,
     /// Solver used for the shifted systems.
     pub solver: SubsetSolver,
-    /// Systems solved.
+    /// Number of solved shifted systems.
     pub solves: usize,
-    /// A Sturm count says that no mode among them is missing.
+    /// Whether a Sturm count verified that no mode among them is missing.
     pub sturm_verified: bool,
 }
 
-/// Relative accuracy of a forest's frequencies: worst of the closed forms of 10 to 100 000 discs in tests is below 1e-12.
+/// Correct digits of the frequencies of a forest: the tests against closed forms of 10 to 100 000 discs show errors below 1e-12.
 const FOREST_DIGITS: f64 = 12.0;
 
-/// A shift this far below the lowest mode wanted of a held or free assembled machine, relative to its stiffest spring.
-const BELOW_ZERO: f64 = 1e-10;
+/// Distance of the shift below zero for a model with rigid-body modes, relative to the largest `Σ k a² / m`.
+const SHIFT_BELOW_ZERO: f64 = 1e-10;
 
-/// Whether a machine is a forest of two-ended springs on a diagonal mass.
+/// Forest of two-ended springs on a diagonal mass; `None` if the model has another form.
 pub fn as_forest(model: &LinearModel) -> Option<Forest> {
     let mass = model.mass_diagonal()?;
     let springs = model
@@ -86,40 +86,40 @@ pub fn as_forest(model: &LinearModel) -> Option<Forest> {
     Forest::new(model.n, &springs, &mass)
 }
 
-/// Finds the modes wanted.
+/// Computes the requested modes.
 ///
 /// # Errors
-/// A machine whose strain energy is not a sum of squares; no convergence.
+/// `BudgetExceeded` if the strain energy is not a sum of squares; `NoConvergence` of the iteration.
 pub fn solve(
     model: &LinearModel,
     forest: Option<&Forest>,
     request: SubsetRequest,
 ) -> Result<ModeSubset, Error> {
     if !model.is_sum_of_squares() {
-        let message = "single modes of a machine with negative or unsymmetric stiffness are not looked for one by one";
+        let message = "single modes with negative or unsymmetric stiffness are not computed";
         return Err(Error::new(Code::BudgetExceeded, message)
-            .with_hint("omit --lowest and --near: all modes are solved together"));
+            .with_hint("omit --lowest and --near to compute all modes"));
     }
     let rigid = rigid_modes(model);
-    let elastic = match request.near {
+    let elastic = match request.near_omega {
         None => request.count.saturating_sub(rigid.len()),
         Some(_) => request.count,
     };
-    let (ritz, solver) = match request.near {
+    let (ritz, solver) = match request.near_omega {
         None => modes_near_shift(model, forest, &rigid, 0.0, elastic)?,
         Some(omega) => {
-            // From above the spectrum all modes look alike; from its upper end the highest are as near.
+            // Far above the spectrum shift-invert does not separate the modes; the upper end has the same nearest modes.
             let omega = omega.min(frequency_bound(model));
             modes_near_frequency(model, forest, &rigid, omega, elastic).map_err(|error| {
-                let far = "from too far away many modes are indistinguishable: name a frequency nearer to those needed";
+                let hint = "the frequency is too far from the modes to separate them: name a nearer frequency";
                 match error.code {
-                    Code::NoConvergence => error.with_hint(far),
+                    Code::NoConvergence => error.with_hint(hint),
                     _ => error,
                 }
             })?
         }
     };
-    let largest = stiffest(model);
+    let largest = max_stiffness_ratio(model);
     let digits = |lambda: f64| match solver {
         SubsetSolver::Forest => FOREST_DIGITS,
         SubsetSolver::Sparse => {
@@ -127,7 +127,7 @@ pub fn solve(
         }
     };
     let mut modes = Vec::new();
-    if request.near.is_none() {
+    if request.near_omega.is_none() {
         modes.extend(
             rigid
                 .iter()
@@ -152,7 +152,7 @@ pub fn solve(
     })
 }
 
-/// Modes whose λ is nearest σ.
+/// Modes whose λ = ω² is nearest to σ, rad²/s².
 fn modes_near_shift(
     model: &LinearModel,
     forest: Option<&Forest>,
@@ -162,19 +162,19 @@ fn modes_near_shift(
 ) -> Result<(RitzPairs, SubsetSolver), Error> {
     Ok(match forest {
         Some(forest) => (
-            on_forest(model, forest, rigid, sigma, count)?,
+            forest_modes(model, forest, rigid, sigma, count)?,
             SubsetSolver::Forest,
         ),
-        None => (on_sparse(model, rigid, sigma, count)?, SubsetSolver::Sparse),
+        None => (ldl_modes(model, rigid, sigma, count)?, SubsetSolver::Sparse),
     })
 }
 
-/// Number of modes computed beyond those requested: the nearest in λ is not always the nearest in ω.
+/// Number of modes computed in addition to those requested: the nearest in λ is not always the nearest in ω.
 const EXTRA_MODES: usize = 2;
 
-/// Modes whose ω is nearest.
+/// Modes whose frequency is nearest to `omega`, rad/s.
 ///
-/// Those within D of ω have λ within D (2ω + D) of ω²: more are looked for until that far all are known.
+/// Modes within D of ω have λ within D (2ω + D) of ω²: the number of modes is raised until this interval is covered.
 fn modes_near_frequency(
     model: &LinearModel,
     forest: Option<&Forest>,
@@ -182,23 +182,23 @@ fn modes_near_frequency(
     omega: f64,
     count: usize,
 ) -> Result<(RitzPairs, SubsetSolver), Error> {
-    let most = model.n.saturating_sub(rigid.len() + model.massless.len());
-    let count = count.min(most);
-    let mut ask = (count + EXTRA_MODES).min(most);
+    let available = model.n.saturating_sub(rigid.len() + model.massless.len());
+    let count = count.min(available);
+    let mut n_modes = (count + EXTRA_MODES).min(available);
     loop {
-        let (mut ritz, solver) = modes_near_shift(model, forest, rigid, omega * omega, ask)?;
-        let apart = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
-        let mut order = rising_order(ritz.values.iter().map(apart));
-        let reach = ritz
+        let (mut ritz, solver) = modes_near_shift(model, forest, rigid, omega * omega, n_modes)?;
+        let distance = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
+        let mut order = ascending_order(ritz.values.iter().map(distance));
+        let radius = ritz
             .values
             .iter()
             .map(|value| (value - omega * omega).abs())
             .fold(0.0, f64::max);
         let farthest = order
             .get(count.saturating_sub(1))
-            .map_or(0.0, |&at| apart(&ritz.values[at]));
-        if ask < most && reach < farthest * (2.0 * omega + farthest) {
-            ask = (2 * ask).min(most);
+            .map_or(0.0, |&at| distance(&ritz.values[at]));
+        if n_modes < available && radius < farthest * (2.0 * omega + farthest) {
+            n_modes = (2 * n_modes).min(available);
             continue;
         }
         order.truncate(count);
@@ -213,7 +213,7 @@ fn modes_near_frequency(
     }
 }
 
-fn on_forest(
+fn forest_modes(
     model: &LinearModel,
     forest: &Forest,
     rigid: &[Vec<f64>],
@@ -240,13 +240,13 @@ fn on_forest(
     })
 }
 
-fn on_sparse(
+fn ldl_modes(
     model: &LinearModel,
     rigid: &[Vec<f64>],
     sigma: f64,
     count: usize,
 ) -> Result<RitzPairs, Error> {
-    let (k, m) = assembled(model);
+    let (k, m) = assemble(model);
     let energy = |p: &[f64]| {
         model
             .branches
@@ -254,19 +254,19 @@ fn on_sparse(
             .map(|b| b.stiffness * b.direction.dot(p).powi(2))
             .sum::<f64>()
     };
-    // A free machine has no K⁻¹; a shift a hair below zero has, and rigid motions are taken out anyway.
+    // K is singular for a free machine; a shift slightly below zero is regular, and rigid-body motions are deflated in any case.
     let sigma = if sigma == 0.0 && !rigid.is_empty() {
-        -BELOW_ZERO * stiffest(model)
+        -SHIFT_BELOW_ZERO * max_stiffness_ratio(model)
     } else {
         sigma
     };
     let factor = LdlFactor::shifted(&k, &m, sigma)?;
     let below = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|factor| factor.n_negative());
-    let measured = EnergyCorrected {
+    let corrected = EnergyCorrected {
         factor: &factor,
         energy: &energy,
     };
-    let inverse: &dyn ShiftInvert = &measured;
+    let inverse: &dyn ShiftInvert = &corrected;
     nearest_modes(&LanczosProblem {
         inverse,
         mass: &m,
@@ -277,14 +277,14 @@ fn on_sparse(
 }
 
 /// K and M as sparse matrices.
-fn assembled(model: &LinearModel) -> (SparseSymmetric, SparseSymmetric) {
+fn assemble(model: &LinearModel) -> (SparseSymmetric, SparseSymmetric) {
     let mut k = Vec::new();
     for branch in &model.branches {
-        outer(&mut k, branch.stiffness, &branch.direction);
+        add_outer_product(&mut k, branch.stiffness, &branch.direction);
     }
     let mut m = Vec::new();
     for mass in &model.masses {
-        outer(&mut m, mass.value, &mass.direction);
+        add_outer_product(&mut m, mass.value, &mass.direction);
     }
     (
         SparseSymmetric::from_entries(model.n, &k),
@@ -292,7 +292,7 @@ fn assembled(model: &LinearModel) -> (SparseSymmetric, SparseSymmetric) {
     )
 }
 
-fn outer(
+fn add_outer_product(
     entries: &mut Vec<(usize, usize, f64)>,
     value: f64,
     direction: &crate::machine::direction::Direction,
@@ -303,16 +303,16 @@ fn outer(
     }
 }
 
-/// Above every frequency, rad/s: `(wᵀp)² ≤ m Σ a² p²` for a branch of m terms.
+/// Upper bound of the frequencies, rad/s, from `(wᵀp)² ≤ n Σ a² p²` for a branch of n terms.
 fn frequency_bound(model: &LinearModel) -> f64 {
-    let terms = model.branches.iter().map(|b| b.direction.terms.len());
-    let most = terms.max().unwrap_or(0) as f64;
-    // A hair more, so that a bound that is met is no eigenvalue.
-    (most * stiffest(model)).sqrt() * (1.0 + 1e-6)
+    let counts = model.branches.iter().map(|b| b.direction.terms.len());
+    let n_terms = counts.max().unwrap_or(0) as f64;
+    // The margin keeps an attained bound away from the eigenvalue.
+    (n_terms * max_stiffness_ratio(model)).sqrt() * (1.0 + 1e-6)
 }
 
-/// The largest `Σ k a² / m` of a coordinate.
-fn stiffest(model: &LinearModel) -> f64 {
+/// Largest ratio `Σ k a² / m` of a coordinate, rad²/s².
+fn max_stiffness_ratio(model: &LinearModel) -> f64 {
     let (mut k, mut m) = (vec![0.0; model.n], vec![0.0; model.n]);
     for branch in &model.branches {
         branch

@@ -1,9 +1,9 @@
 //! System matrices over chosen coordinates: `M r̈ + C ṙ + K r = Tᵀ f`, `p = T r`.
 //!
-//! Every matrix is summed from what masses and branches see of the coordinates, `Σ k (Tᵀu)(Tᵀw)ᵀ`; no large matrix is
-//! formed and then projected, so that K stays a sum of squares and rigid motions cost it nothing but rounding.
+//! Every matrix is the sum of the projected terms of masses and branches, `Σ k (Tᵀu)(Tᵀw)ᵀ`. No full matrix is formed and
+//! projected: K stays a sum of squares, and its rigid-body terms are zero to rounding.
 
-use super::modal_basis::{ModalBasis, column, project_direction, seen_by_rigid};
+use super::modal_basis::{ModalBasis, column, project_direction, project_with_zeros};
 use super::modal_matrices;
 use crate::machine::components::Machine;
 use crate::machine::linear::LinearModel;
@@ -11,52 +11,52 @@ use crate::machine::spin::SpinTerms;
 use crate::numeric::vector_ops::add_outer;
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
-/// A linear machine with all that its equations depend on.
+/// Linear machine with the undamped modes and the mean speeds that its system matrices depend on.
 #[derive(Clone, Copy)]
 pub struct AnalysisContext<'a> {
-    /// The machine.
+    /// Machine with its components.
     pub machine: &'a Machine,
-    /// The same, linear.
+    /// Linear model of the machine.
     pub model: &'a LinearModel,
-    /// Undamped modes of the machine; modal damping refers to them.
+    /// Undamped modes; modal damping refers to them.
     pub basis: &'a ModalBasis,
-    /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; absent: at rest.
+    /// Mean speed of every degree of freedom, rad/s, for the gyroscopic terms; absent at rest.
     pub speeds: Option<&'a [f64]>,
 }
 
-/// Dense equations of motion.
+/// Dense matrices of the equations of motion in the coordinates r.
 #[derive(Debug, Clone)]
 pub struct SystemMatrices {
-    /// T: the independent coordinates, `p = T r`.
+    /// Transformation T to the independent coordinates, `p = T r`.
     pub transform: Matrix,
-    /// M.
+    /// Mass matrix M.
     pub mass: Matrix,
-    /// C, with gyroscopic terms.
+    /// Damping matrix C, with the gyroscopic terms.
     pub damping: Matrix,
-    /// K, with centripetal and circulatory terms.
+    /// Stiffness matrix K, with the centripetal and circulatory terms.
     pub stiffness: Matrix,
-    /// H of loss factors, `K + i sgn(ω) H`, where there are any.
+    /// Hysteretic matrix H of the loss factors, `K + i sgn(ω) H`; absent without loss factors.
     pub hysteretic: Option<Matrix>,
     /// Names of the coordinates.
     pub names: Vec<String>,
-    /// Coordinates without inertia.
+    /// Indices of the coordinates without inertia.
     pub massless: Vec<usize>,
 }
 
 impl SystemMatrices {
-    /// Over the degrees of freedom of [`reference_dofs`], as displacements of the machine.
+    /// Matrices in the physical displacements of the degrees of freedom of [`reference_dofs`].
     pub fn physical(context: &AnalysisContext) -> SystemMatrices {
-        let chosen = reference_dofs(context.model);
-        let names = chosen
+        let dofs = reference_dofs(context.model);
+        let names = dofs
             .iter()
             .map(|&(dof, _)| context.machine.dof_name(dof))
             .collect();
         let n = context.model.n;
-        let transform = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 / chosen[j].1 } else { 0.0 });
+        let transform = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 / dofs[j].1 } else { 0.0 });
         SystemMatrices::in_basis(context, transform, names, 0)
     }
 
-    /// Over mass-normalised modes, and what massless coordinates move beyond them. Small frequencies keep their digits.
+    /// Matrices in mass-normalised modal and massless coordinates; low natural frequencies keep their relative accuracy.
     pub fn modal(context: &AnalysisContext) -> SystemMatrices {
         let modal = modal_matrices::project(
             context.machine,
@@ -66,7 +66,7 @@ impl SystemMatrices {
             true,
         );
         let n = modal.n_modes + modal.n_massless;
-        let light = context
+        let massless_names = context
             .model
             .massless
             .iter()
@@ -85,14 +85,14 @@ impl SystemMatrices {
             hysteretic: modal.hysteretic,
             names: (1..=modal.n_modes)
                 .map(|k| format!("mode {k}"))
-                .chain(light.map(|name| format!("{name} beyond modes")))
+                .chain(massless_names.map(|name| format!("{name} beyond modes")))
                 .collect(),
             massless: (modal.n_modes..n).collect(),
         }
     }
 
-    /// Over the columns of T, the first `n_rigid` of which are the machine's rigid motions: what strains nothing is exactly
-    /// zero in K, and in C for those that no damper resists.
+    /// Matrices in the columns of T, the first `n_rigid` of which are rigid-body modes. Their rows of K are exactly zero, and
+    /// those of C for the modes without damping.
     pub fn in_basis(
         context: &AnalysisContext,
         transform: Matrix,
@@ -128,31 +128,31 @@ impl SystemMatrices {
         self.mass.nrows()
     }
 
-    /// There are none.
+    /// True without coordinates.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Something loses energy.
+    /// True if the symmetric part of C or H is not zero.
     pub fn is_dissipative(&self) -> bool {
         let n = self.len();
-        let braked =
+        let is_damped =
             (0..n).any(|i| (0..n).any(|j| self.damping[(i, j)] + self.damping[(j, i)] != 0.0));
-        braked || self.hysteretic.is_some()
+        is_damped || self.hysteretic.is_some()
     }
 
-    /// `s² M + s C + K + i sgn(Im s) H`.
+    /// Dynamic stiffness `s² M + s C + K + i sgn(Im s) H`.
     pub fn dynamic_stiffness(&self, s: Complex) -> ComplexMatrix {
         let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
         ComplexMatrix::from_fn(self.len(), self.len(), |i, j| {
-            let lossy = self.hysteretic.as_ref().map_or(0.0, |h| sign * h[(i, j)]);
+            let hysteretic_stiffness = self.hysteretic.as_ref().map_or(0.0, |h| sign * h[(i, j)]);
             s * s * self.mass[(i, j)]
                 + s * self.damping[(i, j)]
-                + Complex::new(self.stiffness[(i, j)], lossy)
+                + Complex::new(self.stiffness[(i, j)], hysteretic_stiffness)
         })
     }
 
-    /// A direction over the independent coordinates, seen by the columns of T.
+    /// Projection `Tᵀ p` of a direction in the independent coordinates.
     pub fn project(&self, p: &[(usize, f64)]) -> Vec<f64> {
         (0..self.len())
             .map(|j| p.iter().map(|&(i, a)| a * self.transform[(i, j)]).sum())
@@ -161,34 +161,28 @@ impl SystemMatrices {
 
     fn add_branches(&mut self, context: &AnalysisContext, n_rigid: usize) {
         for branch in &context.model.branches {
-            let mut along = project_direction(&branch.direction, &self.transform);
-            let still = if branch.stiffness != 0.0 {
+            let mut w = project_direction(&branch.direction, &self.transform);
+            let n_zero = if branch.stiffness != 0.0 {
                 n_rigid
             } else {
                 n_rigid.min(context.model.n_undamped_rigid)
             };
-            along.iter_mut().take(still).for_each(|x| *x = 0.0);
-            let acts = match &branch.force {
+            w.iter_mut().take(n_zero).for_each(|x| *x = 0.0);
+            let u = match &branch.force {
                 Some(force) => project_direction(force, &self.transform),
-                None => along.clone(),
+                None => w.clone(),
             };
-            add_outer(&mut self.stiffness, branch.stiffness, &acts, &along, 0);
-            add_outer(&mut self.damping, branch.damping, &acts, &along, 0);
+            add_outer(&mut self.stiffness, branch.stiffness, &u, &w, 0);
+            add_outer(&mut self.damping, branch.damping, &u, &w, 0);
             if branch.loss_factor != 0.0 {
-                let n = along.len();
+                let n = w.len();
                 let hysteretic = self.hysteretic.get_or_insert_with(|| Matrix::zeros(n, n));
-                add_outer(
-                    hysteretic,
-                    branch.loss_factor * branch.stiffness,
-                    &acts,
-                    &along,
-                    0,
-                );
+                add_outer(hysteretic, branch.loss_factor * branch.stiffness, &u, &w, 0);
             }
         }
     }
 
-    /// Adds the terms of mean speeds; the first `n_rigid` coordinates are rigid motions.
+    /// Adds the gyroscopic, centripetal and circulatory terms; the first `n_rigid` coordinates are rigid-body modes.
     pub fn add_gyroscopic(&mut self, terms: &SpinTerms, n_rigid: usize) {
         for (a, b, g) in &terms.gyroscopic {
             let (a, b) = (
@@ -199,7 +193,7 @@ impl SystemMatrices {
             add_outer(&mut self.damping, -g, &b, &a, 0);
         }
         for (v, m) in &terms.centripetal {
-            let v = seen_by_rigid(v, &self.transform, n_rigid);
+            let v = project_with_zeros(v, &self.transform, n_rigid);
             add_outer(&mut self.stiffness, -m, &v, &v, 0);
         }
         for (u, w, c) in &terms.circulatory {
@@ -252,17 +246,17 @@ impl SystemMatrices {
     }
 }
 
-/// For each coordinate that stays the first degree of freedom of the file that follows it alone, and `a` in `q = a p`: of a
-/// rigid gear pair the first gear.
+/// Reference degree of freedom of each independent coordinate p, with the factor a of `q = a p`: the first one that depends on p
+/// alone; in a rigid gear pair the first gear.
 pub fn reference_dofs(model: &LinearModel) -> Vec<(usize, f64)> {
-    let of = |j: usize| {
-        let alone = |row: &Vec<(usize, f64)>| matches!(row[..], [(i, _)] if i == j);
-        let first = model
+    let reference = |j: usize| {
+        let follows_only = |row: &Vec<(usize, f64)>| matches!(row[..], [(i, _)] if i == j);
+        let dof = model
             .transform
             .iter()
-            .position(alone)
+            .position(follows_only)
             .unwrap_or(model.independent_dofs[j]);
-        (first, model.transform[first].first().map_or(1.0, |t| t.1))
+        (dof, model.transform[dof].first().map_or(1.0, |t| t.1))
     };
-    (0..model.n).map(of).collect()
+    (0..model.n).map(reference).collect()
 }

@@ -1,8 +1,8 @@
 //! Mode tracking over speed by the MAC of energy-weighted complex states.
 //!
-//! A mode is the state `(√k wᵀφ, λ √m vᵀφ)`, whose squared length is its energy. Without losses the states of one speed are
-//! orthogonal in this product (see `gyroscopic`), forward and backward whirl apart, so that the squares of their products
-//! with those of another speed, the MAC (Allemang, Sound & Vibration 37 (2003), no. 8, 14–23), sum to 1. With losses they are nearly so.
+//! A mode is represented by the state `(√k wᵀφ, λ √m vᵀφ)`, whose squared norm is its energy. Without losses the states at one speed,
+//! forward and backward whirl included, are orthogonal (see `gyroscopic`), so their squared products with the states at another speed, the
+//! MAC (Allemang, Sound & Vibration 37 (2003), no. 8, 14–23), sum to 1. With losses this holds approximately.
 
 use std::cell::Cell;
 
@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::assignment::assign;
 use crate::numeric::mac::{self, hermitian_product};
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 use crate::numeric::{Complex, Matrix, parallel};
 
 /// Oscillatory modes at one speed, by rising |λ|.
@@ -19,32 +19,32 @@ use crate::numeric::{Complex, Matrix, parallel};
 pub struct ModeSet {
     /// Reference speed, rad/s.
     pub speed: f64,
-    /// The modes.
+    /// Oscillatory modes, by rising |λ|.
     pub modes: Vec<TrackedMode>,
 }
 
-/// A mode with its state.
+/// Mode with its energy-weighted state.
 #[derive(Debug, Clone)]
 pub struct TrackedMode {
-    /// The mode. Of repeated ones the shape is the combination that continues its branch.
+    /// Mode; for a repeated eigenvalue, the shape is the combination that continues the tracked branch.
     pub mode: Mode,
     state: Vec<Complex>,
 }
 
-/// Which mode became which.
+/// Matching of the modes at an earlier speed with those at the present speed.
 #[derive(Debug, Clone)]
 pub struct ModeMatching {
-    /// Present number of every earlier mode, or `None` where it ceased to be oscillatory.
+    /// Present index of every earlier mode; `None` without a match, as for a mode that is no longer oscillatory.
     pub to: Vec<Option<usize>>,
-    /// Uncertainty flag of every earlier mode: its match stays ambiguous even at the smallest step.
+    /// Whether the match of every earlier mode stays ambiguous at the smallest step.
     pub uncertain: Vec<bool>,
 }
 
 impl ModeMatching {
     fn compose(self, next: &ModeMatching) -> ModeMatching {
-        let doubt =
-            |(&to, &doubt): (&Option<usize>, &bool)| doubt || to.is_some_and(|j| next.uncertain[j]);
-        let uncertain = self.to.iter().zip(&self.uncertain).map(doubt).collect();
+        let either =
+            |(&to, &first): (&Option<usize>, &bool)| first || to.is_some_and(|j| next.uncertain[j]);
+        let uncertain = self.to.iter().zip(&self.uncertain).map(either).collect();
         ModeMatching {
             to: self
                 .to
@@ -56,21 +56,21 @@ impl ModeMatching {
     }
 }
 
-/// When a match is believed.
+/// Acceptance limits and step control of the mode tracking.
 #[derive(Debug, Clone, Copy)]
 pub struct TrackingOptions {
-    /// Smallest MAC of a match that needs no smaller step.
+    /// Smallest MAC, 0 to 1, of a match that needs no smaller step.
     pub accept_mac: f64,
-    /// Smallest MAC at which the smallest step still calls it the same mode.
+    /// Smallest MAC, 0 to 1, of a match at the smallest step.
     pub min_mac: f64,
-    /// Maximum number of times a step is halved.
+    /// Maximum number of halvings of a step.
     pub halvings: u32,
-    /// Most speeds solved inside one step.
+    /// Maximum number of speeds solved inside one step.
     pub max_solves: usize,
 }
 
 impl Default for TrackingOptions {
-    /// 0.9, 0.5, 24 halvings, 120 solves.
+    /// MAC limits 0.9 and 0.5, 24 halvings, 120 solves.
     fn default() -> Self {
         TrackingOptions {
             accept_mac: 0.9,
@@ -81,10 +81,10 @@ impl Default for TrackingOptions {
     }
 }
 
-/// Two frequencies, or two shapes, that are taken for equal: relative, √ε with a margin. A veering narrower than this is a crossing.
+/// Relative difference below which eigenvalues or shapes count as equal, √ε with a margin; a veering narrower than this is a crossing.
 const REPEATED_TOLERANCE: f64 = 1e-7;
 
-/// Follows the modes that `solve` finds at a speed, rad/s.
+/// Tracks the modes that `solve` computes at a speed, rad/s.
 pub struct ModeTracker<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> {
     model: &'a LinearModel,
     solve: F,
@@ -93,7 +93,7 @@ pub struct ModeTracker<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> {
 }
 
 impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
-    /// A tracker for the modes of one machine.
+    /// Tracker for the modes of one model.
     pub fn new(model: &'a LinearModel, options: TrackingOptions, solve: F) -> Self {
         ModeTracker {
             model,
@@ -103,44 +103,44 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
         }
     }
 
-    /// Speeds solved so far.
+    /// Number of speeds solved so far.
     pub fn solves(&self) -> usize {
         self.solves.get()
     }
 
-    /// The modes at the first speed; repeated ones are split as they will part towards `next`.
+    /// Modes at the first speed, rad/s; repeated modes are aligned with those at a slightly different speed towards `next`.
     ///
     /// # Errors
     /// Those of the solver.
     pub fn start(&self, speed: f64, next: f64) -> Result<ModeSet, Error> {
-        let mut first = self.snapshot(speed)?;
+        let mut first = self.solve_at(speed)?;
         if next != speed && groups(&first).iter().any(|group| group.len() > 1) {
-            let near = self.snapshot(speed + (next - speed) / 64.0)?; // so little that shapes have not changed yet
-            align_repeated(&mut first, &near);
+            let neighbour = self.solve_at(speed + (next - speed) / 64.0)?; // the shapes are nearly unchanged
+            align_repeated(&mut first, &neighbour);
         }
         Ok(first)
     }
 
-    /// The modes at the next speed, and which of those before each continues.
+    /// Modes at the next speed, rad/s, and their matching with the modes `from`.
     ///
     /// # Errors
     /// Those of the solver.
     pub fn follow(&self, from: &ModeSet, speed: f64) -> Result<(ModeSet, ModeMatching), Error> {
-        let to = self.snapshot(speed)?;
+        let to = self.solve_at(speed)?;
         self.follow_to(from, to)
     }
 
-    /// As [`ModeTracker::follow`], the modes at the next speed being known.
+    /// Matching with known modes at the next speed; otherwise as [`ModeTracker::follow`].
     ///
     /// # Errors
     /// Those of the solver.
     pub fn follow_to(&self, from: &ModeSet, to: ModeSet) -> Result<(ModeSet, ModeMatching), Error> {
-        // The solution `to` counts as one of this step.
-        let spent = self.solves.get() - 1;
-        self.step(from, to, 0, spent)
+        // The solution `to` counts as a solve of this step.
+        let solves_before = self.solves.get() - 1;
+        self.step(from, to, 0, solves_before)
     }
 
-    /// The modes at several speeds, not yet matched.
+    /// Modes at several speeds, rad/s, not yet matched.
     ///
     /// # Errors
     /// Those of the solver.
@@ -158,39 +158,39 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
         from: &ModeSet,
         mut to: ModeSet,
         depth: u32,
-        spent: usize,
+        solves_before: usize,
     ) -> Result<(ModeSet, ModeMatching), Error> {
         align_repeated(&mut to, from);
-        let likeness = mac(from, &to);
-        let pairs = assign(&likeness);
-        let doubt = self.refinement_speed(from, &to, &likeness, &pairs);
-        let is_last =
-            depth >= self.options.halvings || self.solves.get() - spent >= self.options.max_solves;
-        let Some(middle) = doubt.filter(|_| !is_last) else {
-            return Ok((to, self.assign_modes(&likeness, pairs)));
+        let mac = mac_matrix(from, &to);
+        let pairs = assign(&mac);
+        let speed = self.refinement_speed(from, &to, &mac, &pairs);
+        let is_last = depth >= self.options.halvings
+            || self.solves.get() - solves_before >= self.options.max_solves;
+        let Some(middle) = speed.filter(|_| !is_last) else {
+            return Ok((to, self.assign_modes(&mac, pairs)));
         };
-        let middle = self.snapshot(middle)?;
-        let (middle, first) = self.step(from, middle, depth + 1, spent)?;
-        let (to, second) = self.step(&middle, to, depth + 1, spent)?;
+        let middle = self.solve_at(middle)?;
+        let (middle, first) = self.step(from, middle, depth + 1, solves_before)?;
+        let (to, second) = self.step(&middle, to, depth + 1, solves_before)?;
         Ok((to, first.compose(&second)))
     }
 
-    /// Next speed to evaluate if a match is uncertain: halfway, or where two branches seem to cross and may veer instead.
+    /// Next speed to evaluate if a match is uncertain: halfway, or at the apparent crossing of two branches that may veer instead.
     fn refinement_speed(
         &self,
         from: &ModeSet,
         to: &ModeSet,
-        likeness: &Matrix,
+        mac: &Matrix,
         pairs: &[Option<usize>],
     ) -> Option<f64> {
         let width = to.speed - from.speed;
         for (i, pair) in pairs.iter().enumerate() {
             let Some(j) = *pair else { continue };
-            let rival = (0..likeness.ncols())
+            let second = (0..mac.ncols())
                 .filter(|&k| k != j)
-                .map(|k| likeness[(i, k)])
+                .map(|k| mac[(i, k)])
                 .fold(0.0, f64::max);
-            if likeness[(i, j)] < self.options.accept_mac || rival > likeness[(i, j)] - 0.1 {
+            if mac[(i, j)] < self.options.accept_mac || second > mac[(i, j)] - 0.1 {
                 return Some(from.speed + width / 2.0);
             }
         }
@@ -199,16 +199,16 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
             .enumerate()
             .filter_map(|(i, j)| j.map(|j| (i, j)))
             .collect();
-        let omega = |snapshot: &ModeSet, i: usize| snapshot.modes[i].mode.omega();
+        let omega = |set: &ModeSet, i: usize| set.modes[i].mode.omega();
         for (at, &(i, j)) in matched.iter().enumerate() {
             for &(k, l) in &matched[at + 1..] {
                 let before = omega(from, i) - omega(from, k);
                 let after = omega(to, j) - omega(to, l);
-                let is_apart = before.abs() > REPEATED_TOLERANCE * omega(from, i)
+                let is_distinct = before.abs() > REPEATED_TOLERANCE * omega(from, i)
                     && after.abs() > REPEATED_TOLERANCE * omega(to, j);
-                let is_coupled = likeness[(i, l)].max(likeness[(k, j)])
-                    > REPEATED_TOLERANCE * REPEATED_TOLERANCE;
-                if before * after < 0.0 && is_apart && is_coupled {
+                let is_coupled =
+                    mac[(i, l)].max(mac[(k, j)]) > REPEATED_TOLERANCE * REPEATED_TOLERANCE;
+                if before * after < 0.0 && is_distinct && is_coupled {
                     return Some(
                         from.speed + width * (before / (before - after)).clamp(0.01, 0.99),
                     );
@@ -218,25 +218,25 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
         None
     }
 
-    fn assign_modes(&self, likeness: &Matrix, mut to: Vec<Option<usize>>) -> ModeMatching {
+    fn assign_modes(&self, mac: &Matrix, mut to: Vec<Option<usize>>) -> ModeMatching {
         let mut uncertain = vec![false; to.len()];
         for (i, pair) in to.iter_mut().enumerate() {
             let Some(j) = *pair else { continue };
-            uncertain[i] = likeness[(i, j)] < self.options.accept_mac;
-            if likeness[(i, j)] < self.options.min_mac {
+            uncertain[i] = mac[(i, j)] < self.options.accept_mac;
+            if mac[(i, j)] < self.options.min_mac {
                 *pair = None;
             }
         }
         ModeMatching { to, uncertain }
     }
 
-    fn snapshot(&self, speed: f64) -> Result<ModeSet, Error> {
+    fn solve_at(&self, speed: f64) -> Result<ModeSet, Error> {
         self.solves.set(self.solves.get() + 1);
         Ok(mode_set(self.model, speed, (self.solve)(speed)?))
     }
 }
 
-/// The oscillatory ones of the modes at a speed, by rising |λ|.
+/// Oscillatory modes of those at a speed, by rising |λ|, with their states.
 fn mode_set(model: &LinearModel, speed: f64, modes: Vec<Mode>) -> ModeSet {
     let oscillatory = modes
         .into_iter()
@@ -247,26 +247,26 @@ fn mode_set(model: &LinearModel, speed: f64, modes: Vec<Mode>) -> ModeSet {
             mode,
         })
         .collect();
-    sort_rising(&mut modes, |a| a.mode.omega());
+    sort_ascending(&mut modes, |a| a.mode.omega());
     ModeSet { speed, modes }
 }
 
-/// `(√k wᵀφ, λ √m vᵀφ)` of length one. What is no square (negative or one-sided stiffness) has no part in it.
+/// State `(√k wᵀφ, λ √m vᵀφ)` of norm one; branches with negative or one-sided stiffness do not contribute.
 fn state(model: &LinearModel, mode: &Mode) -> Vec<Complex> {
     let p = model.select_independent(&mode.shape);
     let springs = model
         .branches
         .iter()
         .filter(|b| b.stiffness > 0.0 && b.force.is_none());
-    let strained = springs.map(|b| b.direction.dot_complex(&p) * b.stiffness.sqrt());
-    let moving = model
+    let strains = springs.map(|b| b.direction.dot_complex(&p) * b.stiffness.sqrt());
+    let velocities = model
         .masses
         .iter()
         .map(|m| mode.eigenvalue * m.direction.dot_complex(&p) * m.value.sqrt());
-    let mut state: Vec<Complex> = strained.chain(moving).collect();
-    let length = hermitian_product(&state, &state).re.sqrt();
-    if length > 0.0 {
-        scale(&mut state, 1.0 / length);
+    let mut state: Vec<Complex> = strains.chain(velocities).collect();
+    let norm = hermitian_product(&state, &state).re.sqrt();
+    if norm > 0.0 {
+        scale(&mut state, 1.0 / norm);
     }
     state
 }
@@ -280,21 +280,21 @@ fn add(a: &mut [Complex], factor: Complex, b: &[Complex]) {
     a.iter_mut().zip(b).for_each(|(x, y)| *x += factor * y);
 }
 
-/// Modal assurance criterion of every mode before with every mode after.
-fn mac(from: &ModeSet, to: &ModeSet) -> Matrix {
+/// Modal assurance criterion of every earlier mode (row) with every later mode (column).
+fn mac_matrix(from: &ModeSet, to: &ModeSet) -> Matrix {
     Matrix::from_fn(from.modes.len(), to.modes.len(), |i, j| {
         mac::mac(&from.modes[i].state, &to.modes[j].state)
     })
 }
 
-/// Runs of modes whose eigenvalues are equal.
-fn groups(snapshot: &ModeSet) -> Vec<std::ops::Range<usize>> {
+/// Index ranges of modes with equal eigenvalues.
+fn groups(set: &ModeSet) -> Vec<std::ops::Range<usize>> {
     let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
-    for (i, followed) in snapshot.modes.iter().enumerate() {
-        let lambda = followed.mode.eigenvalue;
+    for (i, mode) in set.modes.iter().enumerate() {
+        let lambda = mode.mode.eigenvalue;
         match groups.last_mut() {
             Some(group)
-                if modulus(lambda - snapshot.modes[i - 1].mode.eigenvalue)
+                if modulus(lambda - set.modes[i - 1].mode.eigenvalue)
                     <= REPEATED_TOLERANCE * modulus(lambda) =>
             {
                 group.end = i + 1;
@@ -305,61 +305,62 @@ fn groups(snapshot: &ModeSet) -> Vec<std::ops::Range<usize>> {
     groups
 }
 
-/// Shapes of repeated modes are any combination of each other: takes those most like the modes of `like`.
-fn align_repeated(snapshot: &mut ModeSet, like: &ModeSet) {
-    for group in groups(snapshot).into_iter().filter(|group| group.len() > 1) {
+/// Replaces the shapes of repeated modes, which are arbitrary combinations, by those closest to the modes of `reference`.
+fn align_repeated(set: &mut ModeSet, reference: &ModeSet) {
+    for group in groups(set).into_iter().filter(|group| group.len() > 1) {
         let mut basis: Vec<TrackedMode> = Vec::new();
-        for followed in &snapshot.modes[group.clone()] {
-            let mut next = followed.clone();
+        for mode in &set.modes[group.clone()] {
+            let mut next = mode.clone();
             if orthonormalise(&mut next, &basis) {
                 basis.push(next);
             }
         }
         if basis.len() < group.len() {
-            continue; // defective: there are no others to choose from
+            continue; // defective: the eigenvectors do not span the group
         }
-        let parts = |target: &TrackedMode| -> Vec<Complex> {
+        let components = |target: &TrackedMode| -> Vec<Complex> {
             basis
                 .iter()
                 .map(|b| hermitian_product(&b.state, &target.state))
                 .collect()
         };
-        let mut targets: Vec<Vec<Complex>> = like.modes.iter().map(parts).collect();
-        let size = |parts: &Vec<Complex>| parts.iter().map(|c| c.norm_sqr()).sum::<f64>();
-        sort_falling(&mut targets, size);
-        let mut turned: Vec<TrackedMode> = Vec::new();
+        let mut targets: Vec<Vec<Complex>> = reference.modes.iter().map(components).collect();
+        let energy =
+            |components: &Vec<Complex>| components.iter().map(|c| c.norm_sqr()).sum::<f64>();
+        sort_descending(&mut targets, energy);
+        let mut aligned: Vec<TrackedMode> = Vec::new();
         let axes = (0..basis.len()).map(|i| {
             (0..basis.len())
                 .map(|j| Complex::new(f64::from(u8::from(i == j)), 0.0))
                 .collect()
         });
-        for parts in targets.into_iter().chain(axes) {
-            if turned.len() < basis.len() {
-                let mut next = combination(&basis, &parts);
-                if orthonormalise(&mut next, &turned) {
-                    turned.push(next);
+        for components in targets.into_iter().chain(axes) {
+            if aligned.len() < basis.len() {
+                let mut next = combination(&basis, &components);
+                if orthonormalise(&mut next, &aligned) {
+                    aligned.push(next);
                 }
             }
         }
-        sort_rising(&mut turned, |a| a.mode.omega());
-        for (place, followed) in group.zip(turned) {
-            snapshot.modes[place] = followed;
+        sort_ascending(&mut aligned, |a| a.mode.omega());
+        for (index, mode) in group.zip(aligned) {
+            set.modes[index] = mode;
         }
     }
 }
 
-/// `Σ part · mode`; its eigenvalue, equal but for rounding, is the mean.
-fn combination(basis: &[TrackedMode], parts: &[Complex]) -> TrackedMode {
+/// Combination `Σ component · mode`; its eigenvalue is the weighted mean, as the eigenvalues differ by rounding only.
+fn combination(basis: &[TrackedMode], components: &[Complex]) -> TrackedMode {
     let mut sum = basis[0].clone();
     let zero = Complex::ZERO;
     sum.state.fill(zero);
     sum.mode.shape.fill(zero);
     let (mut lambda, mut weight) = (zero, 0.0);
-    for (b, &part) in basis.iter().zip(parts) {
-        add(&mut sum.state, part, &b.state);
-        add(&mut sum.mode.shape, part, &b.mode.shape);
-        lambda += b.mode.eigenvalue * part.norm_sqr();
-        weight += part.norm_sqr();
+    for (b, &c) in basis.iter().zip(components) {
+        add(&mut sum.state, c, &b.state);
+        add(&mut sum.mode.shape, c, &b.mode.shape);
+        lambda += b.mode.eigenvalue * c.norm_sqr();
+        weight += c.norm_sqr();
     }
     if weight > 0.0 {
         sum.mode.eigenvalue = lambda / weight;
@@ -367,25 +368,21 @@ fn combination(basis: &[TrackedMode], parts: &[Complex]) -> TrackedMode {
     sum
 }
 
-/// Takes out what the others have of it; false where little is left.
-fn orthonormalise(followed: &mut TrackedMode, others: &[TrackedMode]) -> bool {
-    let whole = hermitian_product(&followed.state, &followed.state)
-        .re
-        .sqrt();
+/// Orthonormalises a mode against others by two Gram–Schmidt passes; `false` if the remainder is rounding.
+fn orthonormalise(mode: &mut TrackedMode, others: &[TrackedMode]) -> bool {
+    let norm_before = hermitian_product(&mode.state, &mode.state).re.sqrt();
     for _ in 0..2 {
         for other in others {
-            let part = -hermitian_product(&other.state, &followed.state);
-            add(&mut followed.state, part, &other.state);
-            add(&mut followed.mode.shape, part, &other.mode.shape);
+            let component = -hermitian_product(&other.state, &mode.state);
+            add(&mut mode.state, component, &other.state);
+            add(&mut mode.mode.shape, component, &other.mode.shape);
         }
     }
-    let length = hermitian_product(&followed.state, &followed.state)
-        .re
-        .sqrt();
-    let is_new = length > 1e-3 * whole && length > 1e-6; // of unit states: less is no direction of its own
+    let norm = hermitian_product(&mode.state, &mode.state).re.sqrt();
+    let is_new = norm > 1e-3 * norm_before && norm > 1e-6; // relative to unit states
     if is_new {
-        scale(&mut followed.state, 1.0 / length);
-        scale(&mut followed.mode.shape, 1.0 / length);
+        scale(&mut mode.state, 1.0 / norm);
+        scale(&mut mode.mode.shape, 1.0 / norm);
     }
     is_new
 }

@@ -39,10 +39,10 @@ struct MasslessCoordinates {
 }
 
 /// Reason against a method that requires inertia at all coordinates; absent if the model has it.
-pub fn why_inertia_needed(model: &DynamicModel) -> Option<String> {
+pub fn inertia_requirement(model: &DynamicModel) -> Option<String> {
     let first = (0..model.coordinate_count()).find(|&i| model.is_massless(i))?;
     Some(format!(
-        "{} has no inertia, and what acts there could not be taken out of the equations",
+        "{} has no inertia and could not be eliminated from the equations",
         model.coordinates[first]
     ))
 }

@@ -124,7 +124,7 @@ pub fn assemble(
         elements,
         forces: drives.collect(),
         mass_damping: machine.damping.mass,
-        unattached: general,
+        global_matrices: general,
     };
     let dofs = asm.model.transform.iter().map(|terms| {
         Some(LinearCombination {
@@ -157,7 +157,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
     if let Some(lb) = model.branches.iter().find(|b| b.loss_factor != 0.0) {
         let element = &machine.elements[machine.branches[lb.index].element];
         let message = format!(
-            "the loss factor of `{}` is defined in frequency only",
+            "the loss factor of `{}` is defined in the frequency domain only",
             element.name
         );
         let hint = "give it `c` or `damping_ratio` for motion in time";
@@ -182,7 +182,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&second.span)
-                .with_hint("leave one of them out"));
+                .with_hint("omit one of them"));
         }
     }
     Ok(())
@@ -244,7 +244,7 @@ impl Assembler<'_> {
         let speeds = self.speeds.filter(|_| at == InitialState::Steady);
         let forces = self.machine.gyroscopic.iter().filter_map(|spin| {
             let (dof, lever) = spin.outwards?;
-            let omega = speeds?[spin.turning];
+            let omega = speeds?[spin.spin_dof];
             (lever * omega != 0.0).then(|| AppliedForce {
                 name: format!("centrifugal force on {}", self.machine.dof_name(dof)),
                 direction: self.dof_row(dof),
@@ -394,7 +394,7 @@ impl Assembler<'_> {
         }
         stated.ok_or_else(|| {
             let element = &self.machine.elements[branch.element];
-            let message = format!("`{}` has play and damping, and the action of its damper in the open contact is not stated", element.name);
+            let message = format!("`{}` has play and damping, and its damper force in the open contact is not stated", element.name);
             let hint = "write contact_damping = \"no-pull\" (or \"continuous\", \"adhesive\", \"throughout\") in it, or contacts = … in [damping] for all";
             Error::new(Code::MissingKey, message).with_span(&element.span).with_hint(hint)
         })
@@ -410,20 +410,20 @@ impl Assembler<'_> {
     ) -> Result<PeriodicFunction, Error> {
         let cycles = mesh_cycle::cycles(self.machine, branch);
         // The phase of a gear that moves as prescribed is known in time.
-        let prescribed = cycles.iter().find(|c| self.is_prescribed(c.turning));
+        let prescribed = cycles.iter().find(|c| self.is_prescribed(c.rotation));
         let Some(cycle) = prescribed.or(cycles.first()) else {
             let element = &self.machine.elements[self.machine.branches[branch].element];
             let message = format!(
-                "`{}` has a stiffness wave and no teeth to count its cycle by",
+                "`{}` has a stiffness wave and no teeth that define its cycle",
                 element.name
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&element.span)
-                .with_hint("waves belong to toothed pairs; a stage given by `base_radii` has no teeth, `teeth` and `module` give it some"));
+                .with_hint("stiffness waves need teeth; give a stage `teeth` and `module` in place of `base_radii`"));
         };
         let period = f64::from(period);
         let teeth = cycle.teeth as f64 / period;
-        self.rotating_wave(shape, cycle.turning, cycle.carrier, teeth, lead / period)
+        self.rotating_wave(shape, cycle.rotation, cycle.carrier, teeth, lead / period)
     }
 
     /// Periodic function with `cycles` periods per revolution of a degree of freedom relative to its carrier.
@@ -705,7 +705,7 @@ impl Assembler<'_> {
                 "the motion of `{}` cannot be prescribed: rigid joints tie it to several others",
                 element.name
             );
-            let hint = "put the motor on the body that others are joined to, or give one of the joints its k";
+            let hint = "put the motor on the body to which the others are joined, or give one of the joints its k";
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&element.span)
                 .with_hint(hint));
@@ -717,7 +717,7 @@ impl Assembler<'_> {
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&element.span)
-                .with_hint("leave one of them out"));
+                .with_hint("omit one of them"));
         }
         Ok((j, 1.0 / a))
     }

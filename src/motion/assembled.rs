@@ -1,4 +1,4 @@
-//! Dynamic model with the maps from its coordinates to the dofs of the machine.
+//! Dynamic model with the maps between its coordinates and the degrees of freedom of the machine.
 
 use super::combination::LinearCombination;
 use super::condensation;
@@ -8,159 +8,159 @@ use super::signal::Signal;
 use crate::base::error::Error;
 use crate::base::source_span::SourceSpan;
 
-/// A machine in motion, and how its degrees of freedom follow from its coordinates.
+/// Dynamic model of a machine with the combinations that give the degrees of freedom from its coordinates.
 pub struct AssembledModel {
-    /// The equations.
+    /// Equations of motion.
     pub model: DynamicModel,
-    /// Combination of coordinates for every degree of freedom of the machine; `None` where a massless node has an inner state.
+    /// Combination of coordinates for every degree of freedom of the machine; `None` for a massless node with an internal state.
     pub dofs: Vec<Option<LinearCombination>>,
-    /// The branches of the machine's each branch, in the train: one, or one a flank; none where it is rigid or became part of
-    /// others.
+    /// Elements of the model for every branch of the machine: one, one per flank or per tooth pair; none if the branch is rigid or was
+    /// condensed.
     pub branches: Vec<Vec<usize>>,
-    /// Branches of the machine that became part of others or join known motions alone.
+    /// Springs and dampers of the condensed branches and of those between prescribed motions.
     pub springs: Vec<Option<SpringDamper>>,
-    /// Loads over time as the file has them, each with its degree of freedom, N·m or N; those that follow an angle are branches.
+    /// Loads over time from the file, N·m or N, each with its degree of freedom; loads over an angle are elements.
     pub loads: Vec<(usize, Signal)>,
-    /// The coordinates of the linear machine that the train's are.
+    /// Coordinate of the linear model for every coordinate of the dynamic model, ascending.
     pub retained: Vec<usize>,
-    /// Motions that strain nothing, over the train's coordinates.
+    /// Rigid-body motions over the coordinates of the dynamic model.
     pub rigid: Vec<Vec<f64>>,
-    /// Prescribed motions, taken out of the equations.
+    /// Prescribed motions, eliminated from the equations.
     pub prescribed: Option<PrescribedReduction>,
 }
 
-/// A spring and a damper side by side.
+/// Spring and damper in parallel, `F = k δ + c δ̇`.
 #[derive(Debug, Clone)]
 pub struct SpringDamper {
-    /// δ.
+    /// Deflection δ, rad or m.
     pub deflection: LinearCombination,
-    /// k.
+    /// Stiffness k, N·m/rad or N/m.
     pub stiffness: f64,
-    /// c.
+    /// Damping c, N·m·s/rad or N·s/m.
     pub damping: f64,
 }
 
-/// A machine in fewer coordinates.
+/// Model over the retained coordinates.
 struct ReducedCoordinates {
     model: DynamicModel,
-    /// The independent coordinates.
+    /// Indices of the retained coordinates in the full model.
     retained: Vec<usize>,
-    /// Each branch's number among those that stay.
+    /// New index of each element; `None` if it was condensed.
     branches: Vec<Option<usize>>,
-    /// Each coordinate in those that stay.
-    places: Vec<Option<LinearCombination>>,
+    /// Each coordinate as a combination of the retained ones.
+    recovery: Vec<Option<LinearCombination>>,
 }
 
 impl AssembledModel {
-    /// The coordinate of the train that a coordinate of the linear machine is; none where it was taken out.
+    /// Index in the dynamic model of a coordinate of the linear model; `None` if it was eliminated.
     pub fn coordinate_index(&self, coordinate: usize) -> Option<usize> {
         self.retained.binary_search(&coordinate).ok()
     }
 
-    /// Contribution of the prescribed motions to every coordinate of the model at `t`: place, speed.
+    /// Contribution of the prescribed motions to every coordinate at time `t`, s: position and speed.
     pub fn prescribed_motion(&self, t: f64) -> Vec<(f64, f64)> {
         let n = self.model.coordinate_count();
-        let Some(known) = &self.prescribed else {
+        let Some(prescribed) = &self.prescribed else {
             return vec![(0.0, 0.0); n];
         };
-        let all = known.state(t, &vec![0.0; 2 * n]);
-        let whole = known.whole.coordinate_count();
-        let pair = |&i: &usize| (all[i], all[whole + i]);
-        known.retained.iter().map(pair).collect()
+        let state = prescribed.state(t, &vec![0.0; 2 * n]);
+        let n_full = prescribed.full_model.coordinate_count();
+        let pair = |&i: &usize| (state[i], state[n_full + i]);
+        prescribed.retained.iter().map(pair).collect()
     }
 
-    /// Without the coordinates that have no inertia; `where_is` tells where one is written.
+    /// Model without the massless coordinates; `source_of` returns the place of a coordinate in the source file.
     ///
     /// # Errors
-    /// Those of [`massless::condense`].
+    /// Those of [`condensation::condense`].
     pub fn without_massless(
         self,
-        light: &[usize],
-        where_is: &dyn Fn(usize) -> SourceSpan,
+        massless: &[usize],
+        source_of: &dyn Fn(usize) -> SourceSpan,
     ) -> Result<AssembledModel, Error> {
-        if light.is_empty() {
+        if massless.is_empty() {
             return Ok(self);
         }
-        let found = condensation::condense(self.model.clone(), light, where_is)?;
+        let condensed = condensation::condense(self.model.clone(), massless, source_of)?;
         let motions = self.rigid.iter();
-        let rigid = motions.map(|r| found.retained.iter().map(|&i| r[i]).collect());
+        let rigid = motions.map(|r| condensed.retained.iter().map(|&i| r[i]).collect());
         let rigid = rigid.collect();
-        let fewer = ReducedCoordinates {
-            model: found.model,
-            retained: found.retained,
-            branches: found.branches,
-            places: found.recovery,
+        let reduced = ReducedCoordinates {
+            model: condensed.model,
+            retained: condensed.retained,
+            branches: condensed.branches,
+            recovery: condensed.recovery,
         };
-        Ok(self.in_reduced(fewer, rigid, None))
+        Ok(self.in_reduced(reduced, rigid, None))
     }
 
-    /// Without coordinates whose motion is known: the name of what prescribes each, its coordinate of the linear machine, x.
+    /// Model without the coordinates of prescribed motion; each is a name, a coordinate of the linear model and the motion x(t).
     ///
     /// # Errors
     /// Those of [`prescribed::eliminate`].
     pub fn without_prescribed(
         self,
-        known: Vec<(String, usize, Signal)>,
+        motions: Vec<(String, usize, Signal)>,
     ) -> Result<AssembledModel, Error> {
-        if known.is_empty() {
+        if motions.is_empty() {
             return Ok(self);
         }
-        let known = known.into_iter().map(|(name, at, course)| {
+        let motions = motions.into_iter().map(|(name, at, motion)| {
             let at = self.coordinate_index(at).unwrap_or_default();
-            (name, at, course)
+            (name, at, motion)
         });
-        let known = known.collect();
-        let rest = prescribed::eliminate(self.model.clone(), &self.rigid, known)?;
-        let fewer = ReducedCoordinates {
-            model: rest.model,
-            retained: rest.prescribed.retained.clone(),
-            branches: rest.prescribed.branches.clone(),
-            places: rest.prescribed.recovery(),
+        let motions = motions.collect();
+        let reduction = prescribed::eliminate(self.model.clone(), &self.rigid, motions)?;
+        let reduced = ReducedCoordinates {
+            model: reduction.model,
+            retained: reduction.prescribed.retained.clone(),
+            branches: reduction.prescribed.branches.clone(),
+            recovery: reduction.prescribed.recovery(),
         };
-        Ok(self.in_reduced(fewer, rest.rigid, Some(rest.prescribed)))
+        Ok(self.in_reduced(reduced, reduction.rigid, Some(reduction.prescribed)))
     }
 
     fn in_reduced(
         self,
-        fewer: ReducedCoordinates,
+        reduced: ReducedCoordinates,
         rigid: Vec<Vec<f64>>,
         prescribed: Option<PrescribedReduction>,
     ) -> AssembledModel {
-        let over = |whole: &Option<LinearCombination>| whole.as_ref()?.substitute(&fewer.places);
-        let spring = |(of, spring): (&Vec<usize>, &Option<SpringDamper>)| {
-            let (deflection, stiffness, damping) = match (spring, &of[..]) {
-                (Some(known), _) => (known.deflection.clone(), known.stiffness, known.damping),
-                (None, &[at]) if fewer.branches[at].is_none() => {
-                    let b = &self.model.elements[at];
+        let express = |c: &Option<LinearCombination>| c.as_ref()?.substitute(&reduced.recovery);
+        let spring = |(elements, spring): (&Vec<usize>, &Option<SpringDamper>)| {
+            let (deflection, stiffness, damping) = match (spring, &elements[..]) {
+                (Some(s), _) => (s.deflection.clone(), s.stiffness, s.damping),
+                (None, &[element]) if reduced.branches[element].is_none() => {
+                    let b = &self.model.elements[element];
                     let ForceLaw::Linear { stiffness, damping } = b.law else {
                         return None;
                     };
-                    let own = LinearCombination {
+                    let deflection = LinearCombination {
                         terms: b.direction.entries().collect(),
                         imposed: b.imposed_displacement.as_ref().map(|e| e.scaled(-1.0)),
                     };
-                    (own, stiffness, damping)
+                    (deflection, stiffness, damping)
                 }
                 _ => return None,
             };
             Some(SpringDamper {
-                deflection: deflection.substitute(&fewer.places)?,
+                deflection: deflection.substitute(&reduced.recovery)?,
                 stiffness,
                 damping,
             })
         };
         let springs = self.branches.iter().zip(&self.springs).map(spring);
-        let branches = self.branches.iter().map(|of| {
-            let stay = of.iter().filter_map(|&b| fewer.branches[b]);
-            stay.collect()
+        let branches = self.branches.iter().map(|elements| {
+            let retained = elements.iter().filter_map(|&b| reduced.branches[b]);
+            retained.collect()
         });
         AssembledModel {
-            dofs: self.dofs.iter().map(over).collect(),
+            dofs: self.dofs.iter().map(express).collect(),
             branches: branches.collect(),
             springs: springs.collect(),
             loads: self.loads,
-            retained: fewer.retained.iter().map(|&i| self.retained[i]).collect(),
-            model: fewer.model,
+            retained: reduced.retained.iter().map(|&i| self.retained[i]).collect(),
+            model: reduced.model,
             rigid,
             prescribed,
         }

@@ -1,6 +1,6 @@
 //! Static condensation of massless coordinates by the star–mesh transform.
 //!
-//! One coordinate after another is a star (`star`) whose branches become branches between its neighbours.
+//! Each massless coordinate in turn is the centre of a star (`star_mesh`), whose elements become elements between its neighbours.
 
 use super::algebraic;
 use super::combination::LinearCombination;
@@ -14,70 +14,66 @@ use crate::base::source_span::SourceSpan;
 use crate::machine::direction::Direction;
 use crate::numeric::Matrix;
 
-/// A machine without its massless coordinates, and the way back.
+/// Model without its massless coordinates, with their recovery.
 pub struct CondensedModel {
     /// Equations of the condensed model; the retained coordinates keep their order.
     pub model: DynamicModel,
-    /// The independent coordinates.
+    /// Indices of the retained coordinates in the full model.
     pub retained: Vec<usize>,
-    /// Retained number of every branch of the machine; `None` where it became part of others.
+    /// New index of every element of the full model; `None` if it was condensed.
     pub branches: Vec<Option<usize>>,
-    /// Every coordinate in those that stay; none where it remembers.
+    /// Every coordinate as a combination of the retained ones; `None` for a coordinate with an internal state.
     pub recovery: Vec<Option<LinearCombination>>,
 }
 
-/// Takes coordinates without inertia out of a machine; `where_is` tells where one is written.
+/// Condenses massless coordinates; `source_of` returns the place of a coordinate in the source file.
 ///
 /// # Errors
-/// One whose neighbour is no spring or damper, naming both.
+/// Those of a star that is not condensable; `Conflict` for a coordinate without spring or damper (higher index).
 pub fn condense(
-    whole: DynamicModel,
+    full: DynamicModel,
     massless: &[usize],
-    where_is: &dyn Fn(usize) -> SourceSpan,
+    source_of: &dyn Fn(usize) -> SourceSpan,
 ) -> Result<CondensedModel, Error> {
-    let mut branches: Vec<(Option<usize>, ForceElement)> = whole
+    let mut elements: Vec<(Option<usize>, ForceElement)> = full
         .elements
         .iter()
         .cloned()
         .enumerate()
         .map(|(at, b)| (Some(at), b))
         .collect();
-    let mut drives = whole.forces.clone();
+    let mut loads = full.forces.clone();
     let mut followers = Vec::new();
-    let mut left: Vec<usize> = massless.to_vec();
-    let mut stay: Vec<usize> = Vec::new();
-    while !left.is_empty() {
-        // Where all dampers are one share of the springs nothing is remembered, and neighbours may be massless too.
-        let plain = left.iter().position(|&z| share(&branches, z).is_some());
-        let z = left.remove(plain.unwrap_or(0));
-        let joined = || branches.iter().map(|(_, b)| b).filter(|b| b.touches(z));
-        match reduce(&whole, z, joined().cloned().collect(), &drives, &left) {
+    let mut queue: Vec<usize> = massless.to_vec();
+    while !queue.is_empty() {
+        // With proportional damping there is no internal state, and neighbours may be massless too.
+        let proportional = queue.iter().position(|&z| c_over_k(&elements, z).is_some());
+        let z = queue.remove(proportional.unwrap_or(0));
+        let adjacent = || elements.iter().map(|(_, b)| b).filter(|b| b.touches(z));
+        match reduce(&full, z, adjacent().cloned().collect(), &loads, &queue) {
             Ok(model) => {
-                branches.retain(|(_, b)| !b.touches(z));
-                branches.extend(model.mesh.into_iter().map(|b| (None, b)));
-                drives = model.drives;
+                elements.retain(|(_, b)| !b.touches(z));
+                elements.extend(model.mesh.into_iter().map(|b| (None, b)));
+                loads = model.loads;
                 followers.push(model.follower);
             }
             Err(error)
                 if error.code != Code::BudgetExceeded
-                    && joined().all(algebraic::allows_massless)
-                    && !is_general(&whole, z) =>
-            {
-                stay.push(z);
-            }
-            Err(error) => return Err(error.with_span(&where_is(z))),
+                    && adjacent().all(algebraic::allows_massless)
+                    && !has_general_terms(&full, z) => {} // stays in the equations as an algebraic unknown
+            Err(error) => return Err(error.with_span(&source_of(z))),
         }
     }
-    let taken: Vec<usize> = followers.iter().map(|f| f.at).collect();
-    let condensed = assemble_condensed(whole, &taken, branches, drives, &followers)?;
-    if let Err(floats) = condensed.model.check_index_one() {
-        let name = &condensed.model.coordinates[floats];
+    let condensed_dofs: Vec<usize> = followers.iter().map(|f| f.at).collect();
+    let condensed = assemble_condensed(full, &condensed_dofs, elements, loads, &followers)?;
+    if let Err(free) = condensed.model.check_index_one() {
+        let name = &condensed.model.coordinates[free];
         let message = format!(
-            "{name} has no inertia, and neither a spring nor a damper holds it while the adjacent contacts are open: its equations are of higher index"
+            "{name} has no inertia, and neither a spring nor a damper acts on it while the adjacent contacts are open: its equations have a higher index"
         );
         return Err(Error::new(Code::Conflict, message)
-            .with_span(&where_is(condensed.retained[floats]))
-            .with_hint("give the node its inertia, however small, or a spring that holds it"));
+            .with_span(&source_of(condensed.retained[free]))
+            .with_hint("give the node a (small) inertia, or connect a spring"));
     }
     Ok(condensed)
 }
@@ -85,159 +81,162 @@ pub fn condense(
 /// Star–mesh equivalent of a coordinate without inertia.
 struct StarEquivalent {
     mesh: Vec<ForceElement>,
-    drives: Vec<AppliedForce>,
+    loads: Vec<AppliedForce>,
     follower: CondensedDof,
 }
 
-/// Gyroscopic terms or modal damping act on a coordinate.
-fn is_general(whole: &DynamicModel, z: usize) -> bool {
+/// Whether gyroscopic terms or modal damping act on a coordinate.
+fn has_general_terms(model: &DynamicModel, z: usize) -> bool {
     let acts = |(k, c): &(Matrix, Matrix)| {
-        (0..whole.coordinate_count()).any(|j| k[(z, j)] != 0.0 || c[(z, j)] != 0.0)
+        (0..model.coordinate_count()).any(|j| k[(z, j)] != 0.0 || c[(z, j)] != 0.0)
     };
-    whole.unattached.as_ref().is_some_and(acts)
+    model.global_matrices.as_ref().is_some_and(acts)
 }
 
-/// Springs and dampers that join a coordinate, as springs and dampers between its neighbours.
+/// Star–mesh transform of the springs and dampers at a coordinate into springs and dampers between its neighbours.
 fn reduce(
-    whole: &DynamicModel,
+    model: &DynamicModel,
     z: usize,
-    joined: Vec<ForceElement>,
-    drives: &[AppliedForce],
-    left: &[usize],
+    adjacent: Vec<ForceElement>,
+    loads: &[AppliedForce],
+    remaining: &[usize],
 ) -> Result<StarEquivalent, Error> {
-    let name = &whole.coordinates[z];
-    let star = StarPoint::new(z, joined).map_err(|what| cannot_condense(name, &what))?;
-    if is_general(whole, z) {
+    let name = &model.coordinates[z];
+    let star = StarPoint::new(z, adjacent).map_err(|reason| cannot_condense(name, &reason))?;
+    if has_general_terms(model, z) {
         return Err(cannot_condense(name, "gyroscopic terms or modal damping"));
     }
-    let (pulls, others): (Vec<AppliedForce>, Vec<AppliedForce>) = drives
+    let (local, others): (Vec<AppliedForce>, Vec<AppliedForce>) = loads
         .iter()
         .cloned()
         .partition(|d| d.direction.terms.iter().any(|t| t.0 == z));
-    let mut drives = others;
-    for pull in &pulls {
-        if star.lags() && !is_steady(&pull.signal) {
+    let mut loads = others;
+    for load in &local {
+        if star.has_internal_state() && !is_steady(&load.signal) {
             return Err(cannot_condense(name, "a varying load next to dampers,"));
         }
-        drives.push(star.distribute_load(pull));
+        loads.push(star.distribute_load(load));
     }
     Ok(StarEquivalent {
-        mesh: star.mesh(name, left)?,
-        follower: star.follower(&pulls),
-        drives,
+        mesh: star.mesh(name, remaining)?,
+        follower: star.follower(&local),
+        loads,
     })
 }
 
-/// The one share of dampers on springs at a coordinate, s; none where there is not one, or something else joins it.
-fn share(branches: &[(Option<usize>, ForceElement)], z: usize) -> Option<f64> {
-    let mut one: Option<f64> = None;
-    for (_, b) in branches.iter().filter(|(_, b)| b.touches(z)) {
+/// Common ratio c/k of the elements at a coordinate, s; `None` if the ratios differ or an element is not linear.
+fn c_over_k(elements: &[(Option<usize>, ForceElement)], z: usize) -> Option<f64> {
+    let mut common: Option<f64> = None;
+    for (_, b) in elements.iter().filter(|(_, b)| b.touches(z)) {
         let ForceLaw::Linear { stiffness, damping } = b.law else {
             return None;
         };
-        let own = damping / stiffness;
-        let first = *one.get_or_insert(own);
-        if !((own - first).abs() <= SHARE_TOLERANCE * first.abs()) {
+        let ratio = damping / stiffness;
+        let first = *common.get_or_insert(ratio);
+        if !((ratio - first).abs() <= SHARE_TOLERANCE * first.abs()) {
             return None;
         }
     }
-    one
+    common
 }
 
-/// Everything over the independent coordinates.
+/// Condensed model over the retained coordinates.
 fn assemble_condensed(
-    whole: DynamicModel,
+    full: DynamicModel,
     massless: &[usize],
-    branches: Vec<(Option<usize>, ForceElement)>,
-    drives: Vec<AppliedForce>,
+    elements: Vec<(Option<usize>, ForceElement)>,
+    loads: Vec<AppliedForce>,
     followers: &[CondensedDof],
 ) -> Result<CondensedModel, Error> {
-    let n = whole.coordinate_count();
-    let kept: Vec<usize> = (0..n).filter(|j| !massless.contains(j)).collect();
-    let place = |i: usize| kept.binary_search(&i).unwrap_or_default();
-    let moved = |d: &Direction| Direction {
+    let n = full.coordinate_count();
+    let dofs: Vec<usize> = (0..n).filter(|j| !massless.contains(j)).collect();
+    let index = |i: usize| dofs.binary_search(&i).unwrap_or_default();
+    let reindex = |d: &Direction| Direction {
         scale: d.scale,
-        terms: d.terms.iter().map(|&(i, a)| (place(i), a)).collect(),
+        terms: d.terms.iter().map(|&(i, a)| (index(i), a)).collect(),
     };
-    let mut numbers = vec![None; whole.elements.len()];
-    for (at, (number, _)) in branches.iter().enumerate() {
+    let mut numbers = vec![None; full.elements.len()];
+    for (at, (number, _)) in elements.iter().enumerate() {
         if let Some(number) = number {
             numbers[*number] = Some(at);
         }
     }
-    let moved_phase = |phase: &WavePhase| {
+    let reindex_phase = |phase: &WavePhase| {
         let mut phase = phase.clone();
         if let WavePhase::FollowsAngle { angle, .. } = &mut phase {
-            *angle = moved(angle);
+            *angle = reindex(angle);
         }
         phase
     };
-    let moved_wave = |wave: PeriodicFunction| PeriodicFunction {
-        phase: moved_phase(&wave.phase),
+    let reindex_wave = |wave: PeriodicFunction| PeriodicFunction {
+        phase: reindex_phase(&wave.phase),
         ..wave
     };
-    let moved_law = |name: &str, law: ForceLaw| match law {
-        ForceLaw::LoadFriction(pressed) => {
-            let pressed = pressed.with_coordinates(moved, moved_phase, &numbers);
-            let pressed = pressed.map_err(|by| missing_normal_force(&whole, name, by))?;
-            Ok(ForceLaw::LoadFriction(Box::new(pressed)))
+    let reindex_law = |name: &str, law: ForceLaw| match law {
+        ForceLaw::LoadFriction(friction) => {
+            let friction = friction.with_coordinates(reindex, reindex_phase, &numbers);
+            let friction = friction.map_err(|by| missing_normal_force(&full, name, by))?;
+            Ok(ForceLaw::LoadFriction(Box::new(friction)))
         }
         law => Ok(law),
     };
-    let branches = branches.into_iter().map(|(_, b)| {
+    let elements = elements.into_iter().map(|(_, b)| {
         Ok(ForceElement {
-            direction: moved(&b.direction),
-            force_direction: b.force_direction.as_ref().map(moved),
-            law: moved_law(&b.name, b.law)?,
-            stiffness_wave: b.stiffness_wave.map(moved_wave),
-            angle_waves: b.angle_waves.into_iter().map(moved_wave).collect(),
+            direction: reindex(&b.direction),
+            force_direction: b.force_direction.as_ref().map(reindex),
+            law: reindex_law(&b.name, b.law)?,
+            stiffness_wave: b.stiffness_wave.map(reindex_wave),
+            angle_waves: b.angle_waves.into_iter().map(reindex_wave).collect(),
             ..b
         })
     });
-    let branches = branches.collect::<Result<_, Error>>()?;
-    let block = |a: &Matrix| Matrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
+    let elements = elements.collect::<Result<_, Error>>()?;
+    let block = |a: &Matrix| Matrix::from_fn(dofs.len(), dofs.len(), |i, j| a[(dofs[i], dofs[j])]);
     let model = DynamicModel {
-        coordinates: kept.iter().map(|&i| whole.coordinates[i].clone()).collect(),
-        mass: match &whole.mass {
+        coordinates: dofs.iter().map(|&i| full.coordinates[i].clone()).collect(),
+        mass: match &full.mass {
             MassMatrix::Diagonal(mass) => {
-                MassMatrix::Diagonal(kept.iter().map(|&i| mass[i]).collect())
+                MassMatrix::Diagonal(dofs.iter().map(|&i| mass[i]).collect())
             }
             MassMatrix::Full { matrix, inverse } => MassMatrix::Full {
                 matrix: block(matrix),
                 inverse: block(inverse),
             },
         },
-        elements: branches,
-        forces: drives
+        elements,
+        forces: loads
             .into_iter()
             .map(|d| AppliedForce {
-                direction: moved(&d.direction),
+                direction: reindex(&d.direction),
                 ..d
             })
             .filter(|d| !d.direction.terms.is_empty())
             .collect(),
-        mass_damping: whole.mass_damping,
-        unattached: whole.unattached.as_ref().map(|(k, c)| (block(k), block(c))),
+        mass_damping: full.mass_damping,
+        global_matrices: full
+            .global_matrices
+            .as_ref()
+            .map(|(k, c)| (block(k), block(c))),
     };
     // The last to be taken out follows independent coordinates; those before it follow these and the later ones.
-    let mut places: Vec<Option<LinearCombination>> = vec![None; n];
-    for (j, &i) in kept.iter().enumerate() {
-        places[i] = Some(LinearCombination::coordinate(j));
+    let mut recovery: Vec<Option<LinearCombination>> = vec![None; n];
+    for (j, &i) in dofs.iter().enumerate() {
+        recovery[i] = Some(LinearCombination::coordinate(j));
     }
     for follower in followers.iter().rev() {
-        let own = LinearCombination {
+        let combination = LinearCombination {
             terms: follower.terms.clone(),
             imposed: follower.known.clone(),
         };
-        places[follower.at] = match follower.remembers {
+        recovery[follower.at] = match follower.has_internal_state {
             true => None,
-            false => own.substitute(&places),
+            false => combination.substitute(&recovery),
         };
     }
     Ok(CondensedModel {
         model,
-        retained: kept,
+        retained: dofs,
         branches: numbers,
-        recovery: places,
+        recovery,
     })
 }

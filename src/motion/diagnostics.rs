@@ -1,4 +1,4 @@
-//! Diagnostics of failed runs: nearest switch, most frequent switch, fastest mode.
+//! Diagnostics of failed integration runs: nearest switch, most frequent switch, fastest mode.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::base::error::Error;
 use crate::base::quantity::{format_instant, format_number};
 use crate::base::text::pluralise;
 
-/// The error, with the branch nearest to a switch named in its hint.
+/// Adds to the hint of an error the branch nearest to switching at time t, s, and state y.
 #[must_use]
 pub fn with_nearest_switch(mut error: Error, model: &DynamicModel, t: f64, y: &[f64]) -> Error {
     if let Some(name) = nearest_to_switch(model, t, y) {
@@ -21,9 +21,9 @@ pub fn with_nearest_switch(mut error: Error, model: &DynamicModel, t: f64, y: &[
     error
 }
 
-/// The branch nearest to a switch: a contact by its distance from the edge over its play, a friction pair by its rate over
-/// its creep speed.
-pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Option<&'t str> {
+/// Branch nearest to switching, by the distance of a contact from the end of its play over half the play, and by the rate of a
+/// friction pair over its regularisation velocity.
+pub fn nearest_to_switch<'a>(model: &'a DynamicModel, t: f64, y: &[f64]) -> Option<&'a str> {
     let n = model.coordinate_count();
     let (q, v) = (&y[..n], &y[n..2 * n]);
     let distance = |b: &ForceElement| {
@@ -36,8 +36,8 @@ pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Opti
             ForceLaw::Friction(friction) | ForceLaw::Clutch { friction, .. } => {
                 Some(rate.abs() / friction.regularisation_velocity)
             }
-            ForceLaw::LoadFriction(pressed) => {
-                Some(rate.abs() / pressed.friction.regularisation_velocity)
+            ForceLaw::LoadFriction(load_friction) => {
+                Some(rate.abs() / load_friction.friction.regularisation_velocity)
             }
             _ => None,
         }
@@ -50,97 +50,97 @@ pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Opti
         .map(|(_, name)| name)
 }
 
-/// Adds to a budget error the branch that switched most: `switches` of each.
+/// Adds to a budget error the branch that switched most; `switches` holds the number of switches of each branch.
 #[must_use]
 pub fn with_most_switched(mut error: Error, model: &DynamicModel, switches: &[u64]) -> Error {
-    let most = (0..switches.len()).max_by_key(|&at| switches[at]);
-    if let Some(at) = most.filter(|&at| switches[at] > 0 && error.code == Code::BudgetExceeded) {
-        let times = pluralise(switches[at] as usize, "time");
-        error.message += &format!("; `{}` switched most, {times}", model.elements[at].name);
+    let peak = (0..switches.len()).max_by_key(|&b| switches[b]);
+    if let Some(b) = peak.filter(|&b| switches[b] > 0 && error.code == Code::BudgetExceeded) {
+        let count = pluralise(switches[b] as usize, "time");
+        error.message += &format!("; `{}` switched most, {count}", model.elements[b].name);
     }
     error
 }
 
-/// Adds to a budget error the fastest free motion: where steps follow it, it sets the cost.
+/// Adds to the hint of a budget error the fastest mode, which limits the step size.
 #[must_use]
 pub fn with_fastest_mode(mut error: Error, model: &DynamicModel) -> Error {
-    if let Some(found) = fastest_mode(model).filter(|_| error.code == Code::BudgetExceeded) {
+    if let Some(mode) = fastest_mode(model).filter(|_| error.code == Code::BudgetExceeded) {
         let hint = error.hint.unwrap_or_default();
-        error.hint = Some(format!("{hint}; {}", found.describe()));
+        error.hint = Some(format!("{hint}; {}", mode.describe()));
     }
     error
 }
 
-/// The fastest free motion of a machine.
+/// Estimate of the mode with the highest natural frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FastestMode<'t> {
-    /// At least so fast, rad/s.
+pub struct FastestMode<'a> {
+    /// Lower bound of its natural frequency, rad/s.
     pub rate: f64,
-    /// The branch that holds the largest share of its strain energy.
-    pub branch: &'t str,
-    /// That share.
+    /// Branch with the largest share of its strain energy.
+    pub branch: &'a str,
+    /// Share of that branch in the strain energy, 0 to 1.
     pub share: f64,
 }
 
 impl FastestMode<'_> {
-    /// In words.
+    /// Description for error messages.
     pub fn describe(&self) -> String {
         let FastestMode {
             rate,
             branch,
             share,
         } = self;
-        let told = match rate / TAU {
+        let frequency = match rate / TAU {
             f if f >= 1e12 => format!("{} Hz", format_number(f)),
             f if f >= 1e6 => format!("{:.1} MHz", 1e-6 * f),
             f if f >= 1e3 => format!("{:.1} kHz", 1e-3 * f),
             f => format!("{f:.1} Hz"),
         };
         format!(
-            "the fastest free motion, {told}, is that of `{branch}` ({:.0} % of its energy)",
+            "the fastest free oscillation, {frequency}, has {:.0} % of its energy in `{branch}`",
             100.0 * share
         )
     }
 }
 
-/// Rounds of the power method; the value never falls, and has settled to a few per cent long before.
+/// Iterations of the power method; Rayleigh's quotient rises monotonically and is within a few per cent earlier.
 const POWER_ITERATIONS: usize = 40;
 
-/// The fastest free motion over the springs that always act. Absent where none does.
+/// Fastest mode with the springs that always act; `None` without such a spring.
 pub fn fastest_mode(model: &DynamicModel) -> Option<FastestMode<'_>> {
-    fastest_of(model, model.elements.iter().filter_map(spring).collect())
+    highest_mode(model, model.elements.iter().filter_map(least_k).collect())
 }
 
-/// The fastest free motion while every contact carries and every stiffness wave is at its crest. Absent where there is no spring.
+/// Fastest mode with every contact closed and every stiffness wave at its maximum; `None` without a spring.
 pub fn fastest_mode_closed(model: &DynamicModel) -> Option<FastestMode<'_>> {
-    fastest_of(model, model.elements.iter().filter_map(closed).collect())
+    highest_mode(model, model.elements.iter().filter_map(peak_k).collect())
 }
 
-/// By the power method on M⁻¹K from the branch that would be fastest by itself; Rayleigh's quotient is no larger than the largest ω²
-/// (Courant and Fischer).
-fn fastest_of<'t>(
-    model: &'t DynamicModel,
-    springs: Vec<(&'t ForceElement, f64)>,
-) -> Option<FastestMode<'t>> {
-    let along = |b: &ForceElement| {
+/// Power method on M⁻¹K, started from the branch with the highest isolated frequency. Rayleigh's quotient is a lower bound of the
+/// largest ω² (Courant and Fischer).
+fn highest_mode<'a>(
+    model: &'a DynamicModel,
+    springs: Vec<(&'a ForceElement, f64)>,
+) -> Option<FastestMode<'a>> {
+    let unit_response = |b: &ForceElement| {
         let mut x = vec![0.0; model.coordinate_count()];
         b.direction.entries().for_each(|(i, a)| x[i] += a);
         model.apply_inverse_mass(&mut x);
         x
     };
-    let alone = |(b, k): &(&ForceElement, f64)| k * b.direction.dot(&along(b));
+    let omega_squared = |(b, k): &(&ForceElement, f64)| k * b.direction.dot(&unit_response(b));
     let first = springs
         .iter()
-        .max_by(|a, b| alone(a).total_cmp(&alone(b)))?;
-    let mut x = along(first.0);
+        .max_by(|a, b| omega_squared(a).total_cmp(&omega_squared(b)))?;
+    let mut x = unit_response(first.0);
     let (mut square, mut energies) = (0.0, Vec::new());
     for _ in 0..POWER_ITERATIONS {
         let inertia: f64 = model.momentum(&x).iter().zip(&x).map(|(p, v)| p * v).sum();
-        let size = inertia.sqrt();
-        if !(size > 0.0 && size.is_finite()) {
+        let norm = inertia.sqrt();
+        if !(norm > 0.0 && norm.is_finite()) {
             return None;
         }
-        x.iter_mut().for_each(|x| *x /= size);
+        x.iter_mut().for_each(|x| *x /= norm);
         let mut force = vec![0.0; model.coordinate_count()];
         energies.clear();
         for (b, k) in &springs {
@@ -154,16 +154,16 @@ fn fastest_of<'t>(
         model.apply_inverse_mass(&mut force);
         x = force;
     }
-    let at = (0..springs.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]))?;
+    let dominant = (0..springs.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]))?;
     (square > 0.0 && square.is_finite()).then(|| FastestMode {
         rate: square.sqrt(),
-        branch: &springs[at].0.name,
-        share: energies[at] / square,
+        branch: &springs[dominant].0.name,
+        share: energies[dominant] / square,
     })
 }
 
-/// The least stiffness of a branch that always acts.
-fn spring(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
+/// Smallest stiffness of a branch that always acts.
+fn least_k(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
     let k = match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
         ForceLaw::Contact(contact) if !contact.can_open() && !branch.follows_load() => {
@@ -171,44 +171,44 @@ fn spring(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
         }
         _ => return None,
     };
-    let least = branch
+    let smallest_factor = branch
         .stiffness_wave
         .as_ref()
         .map_or(1.0, |w| w.waveform.lower_bound());
-    let same = branch.force_direction.is_none();
-    (same && k * least > 0.0).then_some((branch, k * least))
+    let is_symmetric = branch.force_direction.is_none();
+    (is_symmetric && k * smallest_factor > 0.0).then_some((branch, k * smallest_factor))
 }
 
-/// The greatest stiffness of a branch.
-fn closed(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
+/// Largest stiffness of a branch.
+fn peak_k(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
     let k = match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
         ForceLaw::Contact(contact) => contact.stiffness,
         _ => return None,
     };
-    let greatest = k * branch.max_factor();
-    (branch.force_direction.is_none() && greatest > 0.0).then_some((branch, greatest))
+    let largest = k * branch.max_factor();
+    (branch.force_direction.is_none() && largest > 0.0).then_some((branch, largest))
 }
 
-/// Bound of the rates of a model, rad/s, every contact closed: the roots of the largest row sums of `M^-½ K M^-½`, which bound its largest
-/// eigenvalue (Gershgorin), and those of its damping; absent where a law has no greatest slope.
+/// Upper bound of the rates of a model with every contact closed, rad/s: the root of the largest row sum of `M^-½ K M^-½`, which bounds
+/// its largest eigenvalue (Gershgorin), plus that of its damping; `None` if a law has no bounded slope.
 pub fn rate_bound(model: &DynamicModel) -> Option<f64> {
     let mut stiffness = vec![0.0; model.coordinate_count()];
     let mut damping = vec![0.0; model.coordinate_count()];
-    let mut inner = 0.0f64;
+    let mut internal_rate = 0.0f64;
     for branch in &model.elements {
         let factor = branch.max_factor();
         let (k, c) = match &branch.law {
             ForceLaw::Linear { stiffness, damping } => (*stiffness, *damping),
             ForceLaw::Contact(contact) => (contact.stiffness, contact.damping),
             ForceLaw::Maxwell { stiffness, damping } => {
-                inner = inner.max(stiffness / damping);
+                internal_rate = internal_rate.max(stiffness / damping);
                 (*stiffness, 0.0)
             }
-            // What sticks is held, and what slides has the slope of its law alone.
+            // A sticking pair is a constraint; a sliding pair adds only the slope of its law.
             ForceLaw::Friction(_) | ForceLaw::AngleLocked { .. } => (0.0, 0.0),
             ForceLaw::LaggedTorque { lag, .. } => {
-                inner = inner.max(1.0 / lag);
+                internal_rate = internal_rate.max(1.0 / lag);
                 (0.0, 0.0)
             }
             _ => return None,
@@ -225,6 +225,6 @@ pub fn rate_bound(model: &DynamicModel) -> Option<f64> {
             damping[i] += (c * factor).abs() * share;
         }
     }
-    let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
-    Some(largest(&stiffness).sqrt() + largest(&damping) + inner)
+    let largest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
+    Some(largest(&stiffness).sqrt() + largest(&damping) + internal_rate)
 }

@@ -1,6 +1,6 @@
 //! Dynamic model `M q̈ + C₀ q̇ + K₀ q + Σ u_b F_b(δ_b, δ̇_b, t) = Σ d f(t)`.
 //!
-//! The state is `y = [q, q̇, z]`, z the inner states of branches that have one.
+//! The state is `y = [q, q̇, z]`, with z the internal states of the elements.
 
 use super::contact::ContactLaw;
 use super::curve::TorqueSpeedCurve;
@@ -14,59 +14,59 @@ use crate::machine::characteristic::Characteristic;
 use crate::machine::direction::Direction;
 use crate::numeric::{Matrix, symmetric};
 
-/// A machine in motion.
+/// Equations of motion of a machine: mass matrix, force elements and applied forces.
 #[derive(Debug, Clone)]
 pub struct DynamicModel {
     /// Names of the coordinates, `node.axis`.
     pub coordinates: Vec<String>,
-    /// M.
+    /// Mass matrix M, kg or kg·m².
     pub mass: MassMatrix,
     /// Force elements (springs, dampers, contacts, friction).
     pub elements: Vec<ForceElement>,
     /// Applied forces.
     pub forces: Vec<AppliedForce>,
-    /// Rayleigh's α: `C₀ ∋ α M`, 1/s.
+    /// Rayleigh's mass-proportional coefficient α of C₀, 1/s.
     pub mass_damping: f64,
-    /// K₀ and C₀ that belong to no branch: gyroscopic and centrifugal terms, modal damping.
-    pub unattached: Option<(Matrix, Matrix)>,
+    /// Global matrices K₀ and C₀: gyroscopic and centrifugal terms and modal damping.
+    pub global_matrices: Option<(Matrix, Matrix)>,
 }
 
-/// Mass matrix of a machine, diagonal or with its inverse.
+/// Mass matrix of a machine, diagonal or full with its inverse.
 #[derive(Debug, Clone)]
 pub enum MassMatrix {
-    /// Each coordinate has its own.
+    /// Diagonal of M.
     Diagonal(Vec<f64>),
-    /// Coupled, with its inverse.
+    /// Full matrix with its inverse.
     Full {
-        /// M.
+        /// Matrix M.
         matrix: Matrix,
-        /// M⁻¹.
+        /// Inverse M⁻¹, zero in the rows and columns of massless coordinates.
         inverse: Matrix,
     },
 }
 
 impl MassMatrix {
-    /// Coupled; what has no inertia has no part in the inverse.
+    /// Full mass matrix; its inverse is zero in the rows and columns of massless coordinates.
     ///
     /// # Errors
-    /// A matrix that is not positive over what has inertia.
+    /// A matrix that is not positive definite over the coordinates with inertia.
     pub fn full(matrix: Matrix) -> Result<MassMatrix, Error> {
         let n = matrix.nrows();
-        let heavy: Vec<usize> = (0..n).filter(|&j| matrix[(j, j)] != 0.0).collect();
-        let m = heavy.len();
-        let block = Matrix::from_fn(m, m, |i, j| matrix[(heavy[i], heavy[j])]);
+        let massive: Vec<usize> = (0..n).filter(|&j| matrix[(j, j)] != 0.0).collect();
+        let m = massive.len();
+        let block = Matrix::from_fn(m, m, |i, j| matrix[(massive[i], massive[j])]);
         symmetric::cholesky(&block)?;
         let inner = symmetric::lu_solve(&block, &Matrix::identity(m, m))?;
         let mut inverse = Matrix::zeros(n, n);
-        for (a, &i) in heavy.iter().enumerate() {
-            for (b, &j) in heavy.iter().enumerate() {
+        for (a, &i) in massive.iter().enumerate() {
+            for (b, &j) in massive.iter().enumerate() {
                 inverse[(i, j)] = inner[(a, b)];
             }
         }
         Ok(MassMatrix::Full { matrix, inverse })
     }
 
-    /// An element of M.
+    /// Element (i, j) of M.
     pub fn entry(&self, i: usize, j: usize) -> f64 {
         match self {
             MassMatrix::Diagonal(mass) if i == j => mass[i],
@@ -75,7 +75,7 @@ impl MassMatrix {
         }
     }
 
-    /// M.
+    /// Dense copy of M.
     pub fn matrix(&self) -> Matrix {
         match self {
             MassMatrix::Diagonal(mass) => {
@@ -86,87 +86,87 @@ impl MassMatrix {
     }
 }
 
-/// A torque or force along a direction.
+/// Applied force or torque `d f(t)`, N or N·m.
 #[derive(Debug, Clone)]
 pub struct AppliedForce {
     /// Name of the force.
     pub name: String,
-    /// d.
+    /// Direction d.
     pub direction: Direction,
-    /// f(t).
+    /// Force f(t), N or N·m.
     pub signal: Signal,
 }
 
-/// A scalar law between coordinates.
+/// Scalar force element `u F(δ, δ̇, t)` with the deflection `δ = w·q − e`.
 #[derive(Debug, Clone)]
 pub struct ForceElement {
     /// Name of the element.
     pub name: String,
-    /// w.
+    /// Direction w of the deflection.
     pub direction: Direction,
-    /// u, where the force does not act along w.
+    /// Direction u of the force; absent if equal to w.
     pub force_direction: Option<Direction>,
-    /// F.
+    /// Force law F.
     pub law: ForceLaw,
-    /// The wave of its stiffness, a factor of mean about one.
+    /// Periodic factor of the stiffness, of mean about one.
     pub stiffness_wave: Option<PeriodicFunction>,
-    /// e imposed in time.
+    /// Displacement excitation e(t), m or rad.
     pub imposed_displacement: Option<Signal>,
-    /// e that follows angles: the sum of these.
+    /// Displacement excitations that depend on angles, m or rad; they are summed.
     pub angle_waves: Vec<PeriodicFunction>,
 }
 
-/// Force law of a branch.
+/// Force law of a force element.
 #[derive(Debug, Clone)]
 pub enum ForceLaw {
     /// `F = k δ + c δ̇`.
     Linear {
-        /// k.
+        /// Stiffness k, N/m or N·m/rad.
         stiffness: f64,
-        /// c.
+        /// Damping c, N·s/m or N·m·s/rad.
         damping: f64,
     },
-    /// Play, or a stiffness with a wave.
+    /// Contact with clearance, or a periodic stiffness.
     Contact(ContactLaw),
     /// Dry friction.
     Friction(FrictionLaw),
-    /// Dry friction pressed together over time: a clutch.
+    /// Dry friction of a clutch with a capacity that varies in time.
     Clutch {
-        /// At full capacity.
+        /// Friction law at full capacity.
         friction: FrictionLaw,
-        /// The share of it, from 0 to 1.
+        /// Fraction of the capacity over time, 0 to 1.
         grip: Signal,
     },
-    /// Dry friction that goes by forces of the machine: of bearings, of teeth.
+    /// Load-dependent dry friction of bearings and teeth.
     LoadFriction(Box<LoadFriction>),
-    /// `F = −(mean + Σ a cos(coordinate_count δ + φ))`: a load whose orders are locked to the angle it acts on.
+    /// `F = −(mean + Σ a cos(n δ + φ))`: load with orders n locked to the angle δ.
     AngleLocked {
-        /// N·m.
+        /// Mean torque, N·m.
         mean: f64,
-        /// n per turn, N·m, rad.
+        /// Orders n (per revolution), amplitudes a, N·m, and phases φ, rad.
         terms: Vec<(f64, f64, f64)>,
     },
-    /// `F = −T(δ̇)`: a motor or brake.
+    /// `F = −T(δ̇)`: motor or brake.
     TorqueSpeed(TorqueSpeedCurve),
-    /// `F = −z`, `ż = (T(δ̇) − z)/lag`: a motor whose torque follows late.
+    /// `F = −z`, `ż = (T(δ̇) − z)/lag`: motor with a first-order lag of the torque.
     LaggedTorque {
-        /// T.
+        /// Torque–speed curve T.
         curve: TorqueSpeedCurve,
-        /// s.
+        /// Time constant, s.
         lag: f64,
     },
-    /// `F = z`, `ż = k (δ̇ − z/c)`: a spring and a damper in series.
+    /// `F = z`, `ż = k (δ̇ − z/c)`: spring and damper in series.
     Maxwell {
-        /// k.
+        /// Stiffness k, N/m or N·m/rad.
         stiffness: f64,
-        /// c.
+        /// Damping c, N·s/m or N·m·s/rad.
         damping: f64,
     },
-    /// `F = T(δ) + c δ̇`, T smooth and odd: a progressive coupling, a Hertzian contact.
+    /// `F = T(δ) + c δ̇`, T smooth and odd: progressive coupling or Hertzian contact.
     Nonlinear {
-        /// T.
+        /// Force–deflection curve T.
         characteristic: Characteristic,
-        /// c.
+        /// Damping c, N·s/m or N·m·s/rad.
         damping: f64,
     },
 }
@@ -191,16 +191,16 @@ impl ForceLaw {
         }
     }
 
-    /// Phase of the path of contact, where the law has one.
+    /// Phase along the path of contact; `None` for laws without one.
     pub fn phase(&self) -> Option<&WavePhase> {
         match self {
-            ForceLaw::LoadFriction(pressed) => pressed.path.as_ref()?.phase.as_ref(),
+            ForceLaw::LoadFriction(friction) => friction.path.as_ref()?.phase.as_ref(),
             _ => None,
         }
     }
 
-    /// It is dry friction.
-    pub fn is_dry(&self) -> bool {
+    /// True for dry friction.
+    pub fn is_dry_friction(&self) -> bool {
         matches!(
             self,
             ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_)
@@ -208,13 +208,13 @@ impl ForceLaw {
     }
 }
 
-/// Dry friction force in its state, 0, and d/dδ̇; without a state, its step is spread over the creep speed.
+/// Dry friction force with its derivatives with respect to δ and δ̇, in a friction state; regularised without a state.
 pub fn dry_friction_force(
     friction: &FrictionLaw,
-    stand: Option<ElementState>,
+    state: Option<ElementState>,
     rate: f64,
 ) -> (f64, f64, f64) {
-    match stand {
+    match state {
         Some(ElementState::Friction(FrictionState::Stick)) => (0.0, 0.0, 0.0),
         Some(ElementState::Friction(slip)) => (
             friction.sliding_force(slip, rate),
@@ -228,38 +228,38 @@ pub fn dry_friction_force(
     }
 }
 
-/// Which pieces of the displacements imposed on a branch hold.
+/// Active pieces of the displacement excitations of a force element.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorPieces<'r> {
-    /// Line of the displacement known in time.
+    /// Piece of the displacement excitation over time.
     pub imposed: u32,
-    /// Piece of each wave over an angle; of those missing the one at the state.
+    /// Piece of each wave over an angle; missing ones follow from the state.
     pub waves: &'r [u32],
 }
 
 impl ForceElement {
-    /// The direction its force acts in.
+    /// Direction u of the force.
     pub fn force_direction(&self) -> &Direction {
         self.force_direction.as_ref().unwrap_or(&self.direction)
     }
 
-    /// The largest factor of its stiffness over its wave, of a load table over all its loads; one without.
+    /// Largest stiffness factor over the wave, or over all loads of a load table; 1 without a wave.
     pub fn max_factor(&self) -> f64 {
         let wave = self.stiffness_wave.as_ref();
         wave.map_or(1.0, |w| match &w.load_table {
-            Some(table) => table.greatest_tangent(),
+            Some(table) => table.max_tangent_stiffness(),
             None => w.waveform.max().abs().max(w.waveform.lower_bound().abs()),
         })
     }
 
-    /// The mean factor of its stiffness over its wave; one without.
+    /// Mean stiffness factor over the wave; 1 without a wave.
     pub fn mean_factor(&self) -> f64 {
         self.stiffness_wave
             .as_ref()
             .map_or(1.0, |w| w.waveform.mean())
     }
 
-    /// Inner states of its law.
+    /// Number of internal states of the law.
     pub fn internal_count(&self) -> usize {
         usize::from(matches!(
             self.law,
@@ -267,20 +267,21 @@ impl ForceElement {
         ))
     }
 
-    /// A coordinate moves it, is moved by it, or carries on its phase.
+    /// True if the deflection, the force or a phase of the element involves coordinate z.
     pub fn touches(&self, z: usize) -> bool {
-        let along = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
+        let involves = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
         let waves = self.stiffness_wave.iter().chain(&self.angle_waves);
-        let rubs = match &self.law {
-            ForceLaw::LoadFriction(pressed) => pressed.directions().any(along),
+        let by_friction = match &self.law {
+            ForceLaw::LoadFriction(law) => law.directions().any(involves),
             _ => false,
         };
-        rubs || along(&self.direction)
-            || along(self.force_direction())
-            || waves.filter_map(|w| w.phase.angle()).any(along)
+        by_friction
+            || involves(&self.direction)
+            || involves(self.force_direction())
+            || waves.filter_map(|w| w.phase.angle()).any(involves)
     }
 
-    /// Pieces at an instant, those of waves over an angle by the state.
+    /// Pieces at t, s; those of waves over an angle follow from the state.
     pub fn pieces_at(&self, t: f64) -> ErrorPieces<'static> {
         let imposed = self.imposed_displacement.as_ref();
         ErrorPieces {
@@ -289,7 +290,7 @@ impl ForceElement {
         }
     }
 
-    /// The waves over an angle, each with its phase at q and the piece that holds there.
+    /// Waves over an angle, each with its phase at q, revolutions, and its active piece.
     pub fn waves_at<'b>(
         &'b self,
         t: f64,
@@ -298,16 +299,12 @@ impl ForceElement {
     ) -> impl Iterator<Item = (&'b PeriodicFunction, f64, usize)> {
         self.angle_waves.iter().enumerate().map(move |(k, wave)| {
             let psi = wave.phase.phase_at(t, q);
-            let frozen = pieces.waves.get(k).map(|piece| *piece as usize);
-            (
-                wave,
-                psi,
-                frozen.unwrap_or_else(|| wave.waveform.piece(psi)),
-            )
+            let fixed = pieces.waves.get(k).map(|piece| *piece as usize);
+            (wave, psi, fixed.unwrap_or_else(|| wave.waveform.piece(psi)))
         })
     }
 
-    /// δ and δ̇ on pieces of the imposed displacements.
+    /// Deflection δ and its rate δ̇ on the given pieces of the displacement excitations.
     pub fn deflection(&self, t: f64, q: &[f64], v: &[f64], pieces: ErrorPieces) -> (f64, f64) {
         let (mut delta, mut rate) = (self.direction.dot(q), self.direction.dot(v));
         if let Some(e) = &self.imposed_displacement {
@@ -328,22 +325,22 @@ impl DynamicModel {
         self.coordinates.len()
     }
 
-    /// Number of inner states.
+    /// Number of internal states.
     pub fn internal_count(&self) -> usize {
         self.elements.iter().map(ForceElement::internal_count).sum()
     }
 
-    /// Nothing but constant stiffness and damping and known forces: exact propagation suffices.
+    /// True for constant stiffness and damping with known forces, for which exact propagation suffices.
     pub fn is_linear(&self) -> bool {
         let constant = |b: &ForceElement| b.stiffness_wave.is_none();
         self.has_linear_inputs()
             && !self.has_massless()
-            && self.superposes()
+            && self.is_linear_in_state()
             && self.elements.iter().all(constant)
     }
 
-    /// The equations are linear in the state, whatever varies in time: differences of motions do not depend on the motions.
-    pub fn superposes(&self) -> bool {
+    /// True if the equations are linear in the state, with coefficients that may vary in time.
+    pub fn is_linear_in_state(&self) -> bool {
         self.elements.iter().all(|b| {
             let linear = match &b.law {
                 ForceLaw::Linear { .. } | ForceLaw::Maxwell { .. } => true,
@@ -363,12 +360,12 @@ impl DynamicModel {
         })
     }
 
-    /// Known functions of time are lines and harmonics, none of them parabolas.
+    /// True if every known function of time is piecewise linear plus harmonics.
     pub fn has_linear_inputs(&self) -> bool {
         self.signals().all(Signal::is_piecewise_linear)
     }
 
-    /// Known functions of time: what drives and what is imposed.
+    /// Known functions of time: applied forces and displacement excitations.
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let imposed = self
             .elements
@@ -377,32 +374,33 @@ impl DynamicModel {
         self.forces.iter().map(|d| &d.signal).chain(imposed)
     }
 
-    /// Frequencies of harmonic loads and errors, rad/s.
+    /// Frequencies of the harmonic loads and displacement excitations, rad/s.
     pub fn harmonics(&self) -> impl Iterator<Item = f64> {
-        let lasting = |signal: &Signal| -> Vec<f64> {
+        let frequencies = |signal: &Signal| -> Vec<f64> {
             let bursts = signal.bursts.iter().map(|b| b.omega);
             let harmonics = signal.harmonics.iter().map(|h| h.omega);
             harmonics.chain(bursts).collect()
         };
-        let all = self.signals().flat_map(lasting);
-        all.map(f64::abs).filter(|&omega| omega != 0.0)
+        let omegas = self.signals().flat_map(frequencies);
+        omegas.map(f64::abs).filter(|&omega| omega != 0.0)
     }
 
-    /// Linear between switches: contacts with play, stiffness in steps at imposed speed, Coulomb friction.
+    /// True for a model that is linear between switches: clearance, rectangular stiffness waves at imposed speed, Coulomb friction.
     pub fn is_piecewise_linear(&self) -> bool {
         self.has_linear_inputs()
             && !self.has_massless()
             && self.nonlinear_elements().next().is_none()
     }
 
-    /// Branches that are not linear between switches.
+    /// Force elements that are not linear between switches.
     pub fn nonlinear_elements(&self) -> impl Iterator<Item = &ForceElement> {
         self.elements.iter().filter(|b| {
             let linear = match &b.law {
                 ForceLaw::Linear { .. } | ForceLaw::Maxwell { .. } | ForceLaw::Contact(_) => true,
                 ForceLaw::Friction(friction) => {
-                    let swings = |e: &Signal| !e.harmonics.is_empty();
-                    friction.is_coulomb() && !b.imposed_displacement.as_ref().is_some_and(swings)
+                    let is_harmonic = |e: &Signal| !e.harmonics.is_empty();
+                    friction.is_coulomb()
+                        && !b.imposed_displacement.as_ref().is_some_and(is_harmonic)
                 }
                 ForceLaw::TorqueSpeed(curve) | ForceLaw::LaggedTorque { curve, .. } => {
                     matches!(curve, TorqueSpeedCurve::Linear { .. })
@@ -420,7 +418,7 @@ impl DynamicModel {
         })
     }
 
-    /// Something can switch at an instant that the motion decides.
+    /// True if an element can switch at an instant that depends on the motion.
     pub fn has_events(&self) -> bool {
         self.elements.iter().any(|b| match &b.law {
             ForceLaw::Contact(contact) => {
@@ -429,7 +427,7 @@ impl DynamicModel {
                         w.phase.angle().is_some() && !matches!(w.waveform, Waveform::Fourier { .. })
                     })
             }
-            law => law.is_dry(),
+            law => law.is_dry_friction(),
         })
     }
 }

@@ -41,7 +41,7 @@ impl DynamicModel {
             inner += b.internal_count();
         }
         let general = self
-            .unattached
+            .global_matrices
             .as_ref()
             .map_or(0.0, |(k, _)| 0.5 * bilinear_form(k, q, q));
         kinetic + potential + general
@@ -132,7 +132,7 @@ impl DynamicModel {
                 .zip(self.momentum(v))
                 .map(|(v, p)| v * p)
                 .sum::<f64>();
-        if let Some((k, c)) = &self.unattached {
+        if let Some((k, c)) = &self.global_matrices {
             powers.dissipated +=
                 bilinear_form(c, v, v) + 0.5 * (bilinear_form(k, v, q) - bilinear_form(k, q, v));
         }

@@ -238,7 +238,7 @@ impl EnergyIntegrator {
     }
 
     fn full_model(&self) -> &DynamicModel {
-        self.known.as_ref().map_or(&self.model, |k| &k.whole)
+        self.known.as_ref().map_or(&self.model, |k| &k.full_model)
     }
 
     fn track_peak(&mut self, stored: f64) {

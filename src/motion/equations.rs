@@ -1,4 +1,4 @@
-//! Equations of motion `M q̈ = f − C₀ q̇ − K₀ q − Σ u F`, in general and in one regime.
+//! Equations of motion `M q̈ = f − C₀ q̇ − K₀ q − Σ u F`, with or without a fixed regime.
 
 use std::f64::consts::TAU;
 
@@ -7,41 +7,41 @@ use super::problem::OdeProblem;
 use super::wave::WavePhase;
 use crate::numeric::{Matrix, symmetric};
 
-/// Smallest acceleration that is not set to zero, rad/s² or m/s²: ahead of a wave that runs along a chain the values are arbitrarily small,
-/// and processors take a hundred times as long over subnormal numbers.
+/// Smallest acceleration that is not set to zero, rad/s² or m/s². Values ahead of a wave front in a chain are arbitrarily small, and
+/// arithmetic on subnormal numbers is about a hundred times slower.
 const MIN_ACCELERATION: f64 = 1e-280;
 
 impl DynamicModel {
-    /// ẏ in a regime; without one the state determines every contact state, and dry friction is spread over its creep speed.
-    /// Rows of what has no equation of motion hold what must be zero ([`DynamicModel::differential_states`]).
+    /// Derivative ẏ in a regime. Without a regime the contact states follow from y and dry friction is regularised. Algebraic rows
+    /// hold the residual that must vanish ([`DynamicModel::differential_states`]).
     pub fn derivative_in(&self, regime: Option<&Regime>, t: f64, y: &[f64], dy: &mut [f64]) {
         let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let mut g = self.applied_forces(regime, t, y);
-        let mut inner = 2 * n;
-        for (at, b) in self.elements.iter().enumerate() {
+        let mut internal = 2 * n;
+        for (element, b) in self.elements.iter().enumerate() {
             match &b.law {
                 ForceLaw::LaggedTorque { curve, lag } => {
-                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, at, t));
-                    dy[inner] = (curve.torque(rate) - y[inner]) / lag;
-                    inner += 1;
+                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, element, t));
+                    dy[internal] = (curve.torque(rate) - y[internal]) / lag;
+                    internal += 1;
                 }
                 ForceLaw::Maxwell { stiffness, damping } => {
-                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, at, t));
-                    dy[inner] = stiffness * (rate - y[inner] / damping);
-                    inner += 1;
+                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, element, t));
+                    dy[internal] = stiffness * (rate - y[internal] / damping);
+                    internal += 1;
                 }
                 _ => {}
             }
         }
         if let Some(regime) = regime {
             let sticking = regime.sticking_pairs();
-            let held = self.stick_forces(regime, t, &g, v);
-            for (&at, &held) in sticking.iter().zip(&held) {
-                self.elements[at]
+            let reactions = self.stick_forces(regime, t, &g, v);
+            for (&element, &reaction) in sticking.iter().zip(&reactions) {
+                self.elements[element]
                     .direction
                     .entries()
-                    .for_each(|(i, a)| g[i] -= a * held);
+                    .for_each(|(i, a)| g[i] -= a * reaction);
             }
         }
         let forces = self.has_massless().then(|| g.clone());
@@ -55,15 +55,15 @@ impl DynamicModel {
         }
     }
 
-    /// M⁻¹ g, in place; what has no inertia is not accelerated.
+    /// Product M⁻¹ g, in place; zero for massless coordinates.
     pub fn apply_inverse_mass(&self, g: &mut [f64]) {
         match &self.mass {
             MassMatrix::Diagonal(mass) => g.iter_mut().zip(mass).for_each(|(x, m)| {
-                let own = *x / m;
-                *x = if *m == 0.0 || own.abs() < MIN_ACCELERATION {
+                let a = *x / m;
+                *x = if *m == 0.0 || a.abs() < MIN_ACCELERATION {
                     0.0
                 } else {
-                    own
+                    a
                 };
             }),
             MassMatrix::Full { inverse, .. } => {
@@ -79,7 +79,7 @@ impl DynamicModel {
         }
     }
 
-    /// M v.
+    /// Momentum M v.
     pub fn momentum(&self, v: &[f64]) -> Vec<f64> {
         match &self.mass {
             MassMatrix::Diagonal(mass) => v.iter().zip(mass).map(|(x, m)| x * m).collect(),
@@ -89,7 +89,7 @@ impl DynamicModel {
         }
     }
 
-    /// The forces with which the sticking pairs of a regime keep to their imposed motion against `g`.
+    /// Constraint forces of the sticking pairs of a regime under the forces `g`.
     pub fn stick_forces(&self, regime: &Regime, t: f64, g: &[f64], v: &[f64]) -> Vec<f64> {
         let acceleration = |branch: usize| {
             let piece = self.imposed_piece(regime, branch) as usize;
@@ -99,7 +99,7 @@ impl DynamicModel {
         self.constraint_forces(&regime.sticking_pairs(), g, v, acceleration)
     }
 
-    /// The forces with which sticking pairs hold the rate of change `a` against `g`: `W M⁻¹ Wᵀ λ = W M⁻¹ (g − α M v) − a`.
+    /// Constraint forces λ of sticking pairs with the relative acceleration `a` under the forces `g`: `W M⁻¹ Wᵀ λ = W M⁻¹ (g − α M v) − a`.
     pub fn constraint_forces(
         &self,
         sticking: &[usize],
@@ -110,17 +110,17 @@ impl DynamicModel {
         if sticking.is_empty() {
             return Vec::new();
         }
-        let mut free = g.to_vec();
-        self.apply_inverse_mass(&mut free);
-        free.iter_mut()
+        let mut acc = g.to_vec();
+        self.apply_inverse_mass(&mut acc);
+        acc.iter_mut()
             .zip(v)
             .for_each(|(a, v)| *a -= self.mass_damping * v);
         let n = self.coordinate_count();
         let columns: Vec<Vec<f64>> = sticking
             .iter()
-            .map(|&at| {
+            .map(|&branch| {
                 let mut w = vec![0.0; n];
-                self.elements[at]
+                self.elements[branch]
                     .direction
                     .entries()
                     .for_each(|(i, a)| w[i] += a);
@@ -131,9 +131,9 @@ impl DynamicModel {
         let m = sticking.len();
         let row = |i: usize| &self.elements[sticking[i]].direction;
         let system = Matrix::from_fn(m, m, |i, j| row(i).dot(&columns[j]));
-        let right: Vec<f64> = (0..m).map(|i| row(i).dot(&free) - a(sticking[i])).collect();
-        // Pairs that hold the same motion share the force: the least one is taken.
-        symmetric::solve_semidefinite(&system, &right).unwrap_or_else(|_| vec![f64::NAN; m])
+        let rhs: Vec<f64> = (0..m).map(|i| row(i).dot(&acc) - a(sticking[i])).collect();
+        // Redundant constraints: minimum-norm solution.
+        symmetric::solve_semidefinite(&system, &rhs).unwrap_or_else(|_| vec![f64::NAN; m])
     }
 }
 
@@ -160,16 +160,16 @@ impl OdeProblem for DynamicModel {
             .map(|w| match w.phase {
                 WavePhase::Imposed { omega, start } if omega != 0.0 => {
                     let next = w.waveform.next_piece(w.phase.phase_at(t, &[]));
-                    let mut at = (next * TAU - start) / omega;
-                    // The phase of an instant and the instant of a phase differ by rounding.
-                    if at <= t {
-                        at = (w.waveform.next_piece(next) * TAU - start) / omega;
+                    let mut time = (next * TAU - start) / omega;
+                    // Phase and time are inverse to each other only up to rounding.
+                    if time <= t {
+                        time = (w.waveform.next_piece(next) * TAU - start) / omega;
                     }
-                    at
+                    time
                 }
                 _ => f64::INFINITY,
             });
-        let followed = self.elements.iter().flat_map(|b| {
+        let angles = self.elements.iter().flat_map(|b| {
             let waves = b.stiffness_wave.iter().chain(&b.angle_waves);
             let phases = waves.map(|w| &w.phase).chain(b.law.phase());
             phases.filter_map(|phase| match phase {
@@ -177,27 +177,27 @@ impl OdeProblem for DynamicModel {
                 WavePhase::Imposed { .. } => None,
             })
         });
-        let grips = self.elements.iter().filter_map(|b| match &b.law {
+        let clutches = self.elements.iter().filter_map(|b| match &b.law {
             ForceLaw::Clutch { grip, .. } => Some(grip.next_knot(t)),
             _ => None,
         });
         let paths = self.elements.iter().filter_map(|b| match &b.law {
-            ForceLaw::LoadFriction(pressed) => pressed.path.as_ref().map(|path| path.next_edge(t)),
+            ForceLaw::LoadFriction(law) => law.path.as_ref().map(|path| path.next_edge(t)),
             _ => None,
         });
         drives
             .chain(imposed)
             .chain(paths)
             .chain(waves)
-            .chain(followed)
-            .chain(grips)
+            .chain(angles)
+            .chain(clutches)
             .fold(f64::INFINITY, f64::min)
     }
 }
 
-/// A machine held in one regime.
+/// Dynamic model in a fixed regime.
 pub struct RegimeProblem<'a> {
-    /// The machine.
+    /// Dynamic model of the machine.
     pub model: &'a DynamicModel,
     /// Regime of contacts, friction pairs and waves.
     pub regime: &'a Regime,

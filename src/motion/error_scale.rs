@@ -7,115 +7,115 @@ use super::problem::{IntegrationOptions, OdeProblem};
 use super::signal::Signal;
 use crate::machine::direction::Direction;
 
-/// Sizes of states.
+/// Scale of every state for the error norm.
 ///
-/// A state of a machine is measured by the largest value it has had, at least a thousandth of the largest of its kind
-/// (positions, speeds, inner states), where speeds count at least for what the forces at hand give in a step against inertia, dampers and
-/// springs, `a h/(1 + h c/m + h² k/m)`, and positions for what the speeds do; so a start from rest has a size too. A state of a plain problem is measured by its present value, at least a millionth
-/// of the largest that any has had.
+/// The scale of a state of a machine is its largest past value, at least a thousandth of the largest in its group (positions, velocities,
+/// internal states). A lower bound of the velocities is the velocity that the initial forces give in a step, `a h/(1 + h c/m + h² k/m)`,
+/// and of the positions that velocity times the step, so that the scale is positive at a start from rest. The scale of a state of a plain
+/// problem is its present value, at least a millionth of the largest past value of all states.
 #[derive(Debug, Clone)]
 pub struct ErrorScale {
-    kinds: Vec<Range<usize>>,
-    remembers: bool,
+    groups: Vec<Range<usize>>,
+    uses_peaks: bool,
     share: f64,
     peaks: Vec<f64>,
-    /// Coordinates under the present forces; empty for a plain problem.
-    pushed: Vec<ForcedCoordinate>,
+    /// Coordinates under the initial forces; empty for a plain problem.
+    forced: Vec<ForcedCoordinate>,
 }
 
-/// A coordinate under the forces at hand.
+/// Acceleration of a coordinate and its damping and stiffness per inertia.
 #[derive(Debug, Clone, Copy)]
 struct ForcedCoordinate {
-    /// m/s² or rad/s².
+    /// Acceleration from rest, m/s² or rad/s².
     acceleration: f64,
-    /// Damping on the coordinate over its inertia, 1/s.
+    /// Damping over inertia, 1/s.
     damping: f64,
-    /// Stiffness on the coordinate over its inertia, 1/s².
+    /// Stiffness over inertia, 1/s².
     stiffness: f64,
 }
 
 impl ForcedCoordinate {
-    /// The speed after a step, at most.
+    /// Upper bound of the velocity after a step h, s, from rest.
     fn speed(&self, h: f64) -> f64 {
         self.acceleration * h / (1.0 + h * (self.damping + h * self.stiffness))
     }
 }
 
 impl ErrorScale {
-    /// For a machine from the start of a run to its end.
+    /// Scale for a machine over a whole integration run.
     pub fn for_model(model: &DynamicModel, options: &IntegrationOptions) -> ErrorScale {
         let n = model.coordinate_count();
         ErrorScale {
-            pushed: acceleration_scale(model, options),
-            kinds: vec![0..n, n..2 * n, 2 * n..model.len()],
-            remembers: true,
+            forced: acceleration_scale(model, options),
+            groups: vec![0..n, n..2 * n, 2 * n..model.len()],
+            uses_peaks: true,
             share: 1e-3,
             peaks: vec![0.0; model.len()],
         }
     }
 
-    /// For a plain problem of `coordinate_count` states.
+    /// Scale for a plain problem of `n` states.
     pub fn plain(n: usize) -> ErrorScale {
         ErrorScale {
-            kinds: vec![0..n],
-            remembers: false,
+            groups: vec![0..n],
+            uses_peaks: false,
             share: 1e-6,
             peaks: vec![0.0; n],
-            pushed: Vec::new(),
+            forced: Vec::new(),
         }
     }
 
-    /// Takes note of a state reached.
+    /// Updates the past maxima with the state y.
     pub fn update(&mut self, y: &[f64]) {
         for (peak, y) in self.peaks.iter_mut().zip(y) {
             *peak = peak.max(y.abs());
         }
     }
 
-    /// The size of every state in a step of length `h` from `a` to `b`; above zero.
+    /// Scale of every state in a step of length h, s, from state `a` to state `b`; positive.
     pub fn sizes(&self, a: &[f64], b: &[f64], h: f64) -> Vec<f64> {
-        let now = |i: usize| a[i].abs().max(b[i].abs());
+        let present = |i: usize| a[i].abs().max(b[i].abs());
         let mut sizes = vec![0.0; a.len()];
         let mut largest: Vec<f64> = self
-            .kinds
+            .groups
             .iter()
-            .map(|kind| {
-                let so_far = kind.clone().map(|i| now(i).max(self.peaks[i]));
-                so_far.fold(0.0, f64::max)
+            .map(|group| {
+                let values = group.clone().map(|i| present(i).max(self.peaks[i]));
+                values.fold(0.0, f64::max)
             })
             .collect();
         if let [positions, speeds, _] = largest.as_mut_slice() {
-            let given = self.pushed.iter().map(|p| p.speed(h));
-            *speeds = given.fold(*speeds, f64::max);
+            let bounds = self.forced.iter().map(|p| p.speed(h));
+            *speeds = bounds.fold(*speeds, f64::max);
             *positions = positions.max(h * *speeds);
         }
-        for (kind, largest) in self.kinds.iter().zip(largest) {
-            for i in kind.clone() {
-                let own = match self.remembers {
-                    true => now(i).max(self.peaks[i]),
-                    false => now(i),
+        for (group, largest) in self.groups.iter().zip(largest) {
+            for i in group.clone() {
+                let value = match self.uses_peaks {
+                    true => present(i).max(self.peaks[i]),
+                    false => present(i),
                 };
-                sizes[i] = own.max(self.share * largest).max(1e-280);
+                sizes[i] = value.max(self.share * largest).max(1e-280);
             }
         }
         sizes
     }
 }
 
-/// Every coordinate under forces at hand: at the start, by drives, imposed deflections and friction.
+/// Absolute accelerations, summed, of every coordinate by the initial state, applied forces, displacement excitations and friction.
 fn acceleration_scale(model: &DynamicModel, options: &IntegrationOptions) -> Vec<ForcedCoordinate> {
     let n = model.coordinate_count();
-    let mut slope = vec![0.0; model.len()];
-    model.derivative(options.from, &options.initial_state, &mut slope);
-    // Rows of coordinates without inertia hold no acceleration.
-    let of = |i: usize| {
+    let mut dy = vec![0.0; model.len()];
+    model.derivative(options.from, &options.initial_state, &mut dy);
+    // Rows of massless coordinates contain no acceleration.
+    let initial = |i: usize| {
         if model.is_massless(i) {
             0.0
         } else {
-            slope[n + i].abs()
+            dy[n + i].abs()
         }
     };
-    let mut sum: Vec<f64> = (0..n).map(of).collect();
+    let mut sum: Vec<f64> = (0..n).map(initial).collect();
     let size = |signal: &Signal| -> f64 {
         let lines = signal
             .knots
@@ -138,13 +138,13 @@ fn acceleration_scale(model: &DynamicModel, options: &IntegrationOptions) -> Vec
                 .sum::<f64>()
     };
     let mut add = |direction: &Direction, force: f64| {
-        let mut pushed = vec![0.0; n];
+        let mut accelerations = vec![0.0; n];
         direction
             .entries()
-            .for_each(|(i, a)| pushed[i] += a * force);
-        model.apply_inverse_mass(&mut pushed);
+            .for_each(|(i, a)| accelerations[i] += a * force);
+        model.apply_inverse_mass(&mut accelerations);
         sum.iter_mut()
-            .zip(pushed)
+            .zip(accelerations)
             .for_each(|(sum, a)| *sum += a.abs());
     };
     for drive in &model.forces {
@@ -158,23 +158,23 @@ fn acceleration_scale(model: &DynamicModel, options: &IntegrationOptions) -> Vec
             add(branch.force_direction(), friction.breakaway);
         }
     }
-    let (mut stiff, mut damped) = (vec![0.0; n], vec![0.0; n]);
+    let (mut k, mut c) = (vec![0.0; n], vec![0.0; n]);
     for branch in &model.elements {
-        // What always joins its ends.
+        // Only linear elements act at all times.
         if let ForceLaw::Linear { stiffness, damping } = branch.law {
             for (i, a) in branch.direction.entries() {
-                stiff[i] += a * a * stiffness.abs();
-                damped[i] += a * a * damping.abs();
+                k[i] += a * a * stiffness.abs();
+                c[i] += a * a * damping.abs();
             }
         }
     }
-    let heavy = (0..n).filter(|&i| !model.is_massless(i));
-    let each = heavy.map(|i| ForcedCoordinate {
+    let massive = (0..n).filter(|&i| !model.is_massless(i));
+    let coordinates = massive.map(|i| ForcedCoordinate {
         acceleration: sum[i],
-        damping: damped[i] / model.mass.entry(i, i),
-        stiffness: stiff[i] / model.mass.entry(i, i),
+        damping: c[i] / model.mass.entry(i, i),
+        stiffness: k[i] / model.mass.entry(i, i),
     });
-    each.filter(|p| p.acceleration.is_finite()).collect()
+    coordinates.filter(|p| p.acceleration.is_finite()).collect()
 }
 
 fn stiffness(branch: &ForceElement) -> f64 {
@@ -185,7 +185,7 @@ fn stiffness(branch: &ForceElement) -> f64 {
     }
 }
 
-/// Root mean square of errors over sizes.
+/// Root mean square of the errors relative to their scales.
 pub fn error_norm(errors: &[f64], sizes: &[f64]) -> f64 {
     let sum: f64 = errors
         .iter()

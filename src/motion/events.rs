@@ -1,8 +1,7 @@
-//! Event-driven integration: each step runs in one frozen regime and ends at its first switch.
+//! Event-driven integration: each step runs in one frozen regime and ends at its first event.
 //!
-//! In a step the regime is frozen, so the method sees a smooth problem and runs past the switching surface. The switching
-//! surface is then a polynomial of the step; where it crosses zero, the step is taken again with h ← h − p/ṗ until it ends on
-//! the switching surface.
+//! The frozen regime makes the problem of a step smooth, so the step may pass a switching surface. The event function p is interpolated by
+//! a polynomial over the step; if it crosses zero, the step is repeated with h ← h − p/ṗ until it ends on the surface.
 
 use super::bernstein::{BernsteinBasis, Coefficients, ZeroCrossing, zero_crossing};
 use super::diagnostics;
@@ -20,13 +19,13 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_instant;
 
-/// Rounding of a switching surface's value and of the coefficients made from it, in units of ε and its size.
+/// Rounding error of an event function and of its coefficients, relative to the size of its terms.
 const ROUNDING_FACTOR: f64 = 256.0 * f64::EPSILON;
 
-/// A switch is located where the value of its surface is below this, relative to the terms that it is a difference of.
+/// Value of an event function below which an event counts as located, relative to the size of its terms.
 const LOCATED: f64 = 8.0 * f64::EPSILON;
 
-/// A place that moves by more than this, relative to the largest, has jumped: it is no rounding of a switch located.
+/// Change of a massless position beyond which it has jumped, relative to the largest position; smaller changes are rounding.
 const JUMP_TOLERANCE: f64 = 1e-9;
 
 /// Maximum number of contact-state updates where positions jump.
@@ -35,31 +34,31 @@ const MAX_UPDATES: usize = 20;
 /// Crossing of a switching surface.
 struct EventCrossing {
     surface: SwitchingSurface,
-    /// Share of the step.
+    /// Fraction of the step, 0 to 1.
     at: f64,
-    /// Rate at which the switching function falls there, per step.
+    /// Descent rate of the event function there, per step.
     fall: f64,
 }
 
-/// A machine on its way.
+/// State of an event-driven integration run.
 struct EventRun<'a> {
     model: &'a DynamicModel,
     basis: BernsteinBasis,
     regime: Regime,
-    spans: Vec<WavePiece>,
-    /// Branches that have switched at the present instant.
+    waves: Vec<WavePiece>,
+    /// Whether each element has switched at the present instant.
     entered: Vec<bool>,
-    /// Number of switches of each branch.
+    /// Number of events of each element.
     switches: Vec<u64>,
     stats: IntegrationStats,
     t: f64,
     y: Vec<f64>,
 }
 
-/// Integrates a machine, locating its switches.
+/// Integrates a model and locates its events.
 ///
 /// # Errors
-/// Those of the steps; `NoConvergence` where switches follow each other without time passing.
+/// Those of the steps; `NoConvergence` if events repeat without an advance of time (chattering).
 pub fn run<S>(
     model: &DynamicModel,
     options: &IntegrationOptions,
@@ -73,10 +72,10 @@ where
     let mut samples = SampleEmitter::new(options, sink);
     let (mut regime, y) = model.consistent_regime(options.from, &options.initial_state)?;
     regime.wave_pieces = error_wave_pieces(model, options.from, &y);
-    let mut method = EventRun {
+    let mut run = EventRun {
         model,
         basis: BernsteinBasis::new()?,
-        spans: wave_pieces(model, options.from, &y),
+        waves: wave_pieces(model, options.from, &y),
         regime,
         entered: vec![false; model.elements.len()],
         switches: vec![0; model.elements.len()],
@@ -84,84 +83,84 @@ where
         t: options.from,
         y,
     };
-    let mut sample = method.y.clone();
-    while samples.due().is_some() && method.t < options.to {
-        let stop = next_discontinuity_within(|t| model.next_discontinuity(t), method.t, options.to);
-        method.enter_interval(stop)?;
-        method.emit(&mut samples, &mut sample)?;
+    let mut sample = run.y.clone();
+    while samples.due().is_some() && run.t < options.to {
+        let stop = next_discontinuity_within(|t| model.next_discontinuity(t), run.t, options.to);
+        run.enter_interval(stop)?;
+        run.emit(&mut samples, &mut sample)?;
         stepper.restart();
-        let mut standing = 0;
-        while method.t < stop && samples.due().is_some() {
-            let (t, y) = (method.t, method.y.clone());
-            let switched = method.step(stop, stepper)?;
-            check_budget(options, &method.stats, method.t)
-                .map_err(|e| diagnostics::with_most_switched(e, model, &method.switches))?;
-            if method.t > t {
-                let (before, span) = (method.t.next_down(), method.t - t);
+        let mut stalled = 0;
+        while run.t < stop && samples.due().is_some() {
+            let (t, y) = (run.t, run.y.clone());
+            let switched = run.step(stop, stepper)?;
+            check_budget(options, &run.stats, run.t)
+                .map_err(|e| diagnostics::with_most_switched(e, model, &run.switches))?;
+            if run.t > t {
+                let (end, span) = (run.t.next_down(), run.t - t);
                 options.observer.observe(DenseOutput {
                     from: t,
-                    to: method.t,
+                    to: run.t,
                     time_scale: span,
-                    regime: Some(&method.regime),
-                    state: &mut |at, into| match at == method.t {
-                        true => into.copy_from_slice(&method.y),
-                        false => stepper.interpolate((at - t) / span, into),
+                    regime: Some(&run.regime),
+                    state: &mut |at, out| match at == run.t {
+                        true => out.copy_from_slice(&run.y),
+                        false => stepper.interpolate((at - t) / span, out),
                     },
                 });
-                samples.emit_until(before, &mut sample, Some(&method.regime), |due, into| {
-                    stepper.interpolate((due - t) / span, into);
+                samples.emit_until(end, &mut sample, Some(&run.regime), |due, out| {
+                    stepper.interpolate((due - t) / span, out);
                 })?;
-                method.entered.fill(false);
+                run.entered.fill(false);
             }
-            standing = match method.t - t > 64.0 * f64::EPSILON * t.abs() {
+            stalled = match run.t - t > 64.0 * f64::EPSILON * t.abs() {
                 true => 0,
-                false => standing + 1,
+                false => stalled + 1,
             };
             if let Some(surface) = switched {
-                if standing > 20 + 4 * model.elements.len() {
-                    return Err(method.chattering_error(surface, y));
+                if stalled > 20 + 4 * model.elements.len() {
+                    return Err(run.chattering_error(surface, y));
                 }
-                method.apply_switch(surface)?;
+                run.apply_switch(surface)?;
                 stepper.restart();
             }
-            if method.t < stop {
-                method.emit(&mut samples, &mut sample)?;
+            if run.t < stop {
+                run.emit(&mut samples, &mut sample)?;
             }
         }
     }
-    method.emit(&mut samples, &mut sample)?;
-    Ok(method.stats)
+    run.emit(&mut samples, &mut sample)?;
+    Ok(run.stats)
 }
 
 impl EventRun<'_> {
-    /// Emits the samples due at the present instant, in the regime that holds from then on.
+    /// Emits the samples due at the present instant, with the regime that applies afterwards.
     fn emit(&self, samples: &mut SampleEmitter, sample: &mut [f64]) -> Result<(), Error> {
-        samples.emit_until(self.t, sample, Some(&self.regime), |_, into| {
-            into.copy_from_slice(&self.y);
+        samples.emit_until(self.t, sample, Some(&self.regime), |_, out| {
+            out.copy_from_slice(&self.y);
         })
     }
 
-    /// The pieces known beforehand, up to the next known break.
+    /// Sets the pieces of known time functions for the interval up to the next discontinuity `stop`, s.
     fn enter_interval(&mut self, stop: f64) -> Result<(), Error> {
         let middle = self.t + 0.5 * (stop - self.t);
         let model = self.model;
-        let drives = model.forces.len();
-        for (at, drive) in model.forces.iter().enumerate() {
-            self.regime.pieces[at] = drive.signal.piece(middle) as u32;
+        let n_forces = model.forces.len();
+        for (at, force) in model.forces.iter().enumerate() {
+            self.regime.pieces[at] = force.signal.piece(middle) as u32;
         }
         for (at, branch) in model.elements.iter().enumerate() {
             let mut jumps = false;
             if let Some(e) = &branch.imposed_displacement {
                 let piece = e.piece(middle) as u32;
-                jumps |= piece != self.regime.pieces[drives + at];
-                self.regime.pieces[drives + at] = piece;
+                jumps |= piece != self.regime.pieces[n_forces + at];
+                self.regime.pieces[n_forces + at] = piece;
             }
-            if let (Some(wave), ElementState::Contact(state, old)) =
+            if let (Some(wave), ElementState::Contact(state, previous)) =
                 (&branch.stiffness_wave, self.regime.states[at])
                 && let WavePhase::Imposed { .. } = wave.phase
             {
                 let piece = wave.waveform.piece(wave.phase.phase_at(middle, &[])) as u32;
-                jumps |= piece != old;
+                jumps |= piece != previous;
                 self.regime.states[at] = ElementState::Contact(state, piece);
             }
             if let Some(WavePhase::Imposed { .. }) = branch.law.phase() {
@@ -175,24 +174,24 @@ impl EventRun<'_> {
         self.settle_friction()
     }
 
-    /// One step, to `project_stick_velocity` at most, and the switching surface it ends on.
+    /// Takes one step, at most to `stop`, and returns the switching surface that it ends on.
     fn step<S>(&mut self, stop: f64, stepper: &mut S) -> Result<Option<SwitchingSurface>, Error>
     where
         S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let frozen = RegimeProblem {
+        let problem = RegimeProblem {
             model: self.model,
             regime: &self.regime,
         };
         let (t, y) = (self.t, &self.y);
         let stop = stop.min(self.beyond_next_end());
         let mut stats = self.stats;
-        let (mut reached, mut state) = stepper.step(&frozen, (t, y), stop, &mut stats)?;
+        let (mut end, mut state) = stepper.step(&problem, (t, y), stop, &mut stats)?;
         stats.steps += 1;
-        let h = reached - t;
+        let h = end - t;
         let mut switched = None;
         if let Some(crossing) = self.locate_event(t, h, stepper, &mut stats) {
-            let rounding = 4.0 * f64::EPSILON * t.abs().max(reached.abs());
+            let rounding = 4.0 * f64::EPSILON * t.abs().max(end.abs());
             let mut target = t + crossing.at * h;
             if target - t <= rounding {
                 self.stats = stats;
@@ -200,29 +199,28 @@ impl EventRun<'_> {
             }
             let rate = crossing.fall / h;
             for _ in 0..4 {
-                (reached, state) = stepper.step(&frozen, (t, y), target, &mut stats)?;
-                switched = (reached == target).then_some(crossing.surface);
+                (end, state) = stepper.step(&problem, (t, y), target, &mut stats)?;
+                switched = (end == target).then_some(crossing.surface);
                 let (value, size) =
                     crossing
                         .surface
-                        .value(self.model, &self.regime, &self.spans, reached, &state);
+                        .value(self.model, &self.regime, &self.waves, end, &state);
                 stats.evaluations += 1;
                 let change = value / rate;
-                let better = (target + change).min(stop);
-                let near = value.abs() <= LOCATED * size || change.abs() <= rounding;
-                if switched.is_none() || near || !(better > t + rounding && change.abs() < 0.1 * h)
-                {
+                let next = (target + change).min(stop);
+                let exact = value.abs() <= LOCATED * size || change.abs() <= rounding;
+                if switched.is_none() || exact || !(next > t + rounding && change.abs() < 0.1 * h) {
                     break;
                 }
-                target = better;
+                target = next;
             }
         }
         self.stats = stats;
-        (self.t, self.y) = (reached, state);
+        (self.t, self.y) = (end, state);
         Ok(switched)
     }
 
-    /// The first switching surface that the last step crosses.
+    /// First switching surface that the last step crosses.
     fn locate_event<S>(
         &self,
         t: f64,
@@ -233,8 +231,8 @@ impl EventRun<'_> {
     where
         S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let all = switching_surfaces(self.model, &self.regime, &self.spans);
-        if all.is_empty() {
+        let surfaces = switching_surfaces(self.model, &self.regime, &self.waves);
+        if surfaces.is_empty() {
             return None;
         }
         let mut first: Option<EventCrossing> = None;
@@ -250,14 +248,14 @@ impl EventRun<'_> {
                 y
             })
             .collect();
-        stats.evaluations += all.len() as u64;
-        for surface in all {
+        stats.evaluations += surfaces.len() as u64;
+        for surface in surfaces {
             let mut size: f64 = 0.0;
             let values: Coefficients = std::array::from_fn(|j| {
                 let u = t + self.basis.points[j] * h;
-                let (value, of) =
-                    surface.value(self.model, &self.regime, &self.spans, u, &states[j]);
-                size = size.max(of);
+                let (value, terms) =
+                    surface.value(self.model, &self.regime, &self.waves, u, &states[j]);
+                size = size.max(terms);
                 value
             });
             let b = self.basis.coefficients(&values);
@@ -268,7 +266,7 @@ impl EventRun<'_> {
                 * 8.0
                 / h;
             let noise = ROUNDING_FACTOR * size + 8.0 * f64::EPSILON * t.abs() * steepest;
-            match zero_crossing(&b, noise, self.entered[surface.branch(&self.spans)]) {
+            match zero_crossing(&b, noise, self.entered[surface.branch(&self.waves)]) {
                 ZeroCrossing::NoCrossing => {}
                 ZeroCrossing::Grazing => stats.grazings += 1,
                 ZeroCrossing::Crossed(at, fall) => {
@@ -281,9 +279,9 @@ impl EventRun<'_> {
         first
     }
 
-    /// Goes to the other side of a switching surface.
+    /// Changes the regime to that beyond a switching surface.
     fn apply_switch(&mut self, surface: SwitchingSurface) -> Result<(), Error> {
-        let branch = surface.branch(&self.spans);
+        let branch = surface.branch(&self.waves);
         self.entered[branch] = true;
         self.switches[branch] += 1;
         self.stats.events += 1;
@@ -316,34 +314,34 @@ impl EventRun<'_> {
         self.settle_friction()
     }
 
-    /// An instant just beyond the next end of a piece at the present rates: steps so short locate it at once.
+    /// Instant slightly beyond the next end of a wave piece at the present rates, s; a step of this length locates the end directly.
     fn beyond_next_end(&self) -> f64 {
         const BEYOND: f64 = 1.02;
-        let left = (0..self.spans.len()).filter_map(|at| {
-            let rate = self.spans[at].rate(self.model, self.t, &self.y);
+        let left = (0..self.waves.len()).filter_map(|at| {
+            let rate = self.waves[at].rate(self.model, self.t, &self.y);
             let end = SwitchingSurface::PieceEnd(at, rate > 0.0);
-            let (left, size) = end.value(self.model, &self.regime, &self.spans, self.t, &self.y);
+            let (left, size) = end.value(self.model, &self.regime, &self.waves, self.t, &self.y);
             (rate != 0.0 && left > LOCATED * size).then(|| left / rate.abs())
         });
         self.t + BEYOND * left.fold(f64::INFINITY, f64::min)
     }
 
-    /// The ends of pieces reached at the present instant to rounding: waves of one mesh have their edges in common.
+    /// Ends of wave pieces reached at the present instant to rounding; the waves of one mesh have common edges.
     fn coincident_ends(&self, span: usize, up: bool) -> Vec<(usize, bool)> {
-        let others = (0..self.spans.len()).filter(|at| *at != span);
+        let others = (0..self.waves.len()).filter(|at| *at != span);
         let reached = others.filter_map(|at| {
-            let up = self.spans[at].rate(self.model, self.t, &self.y) > 0.0;
+            let up = self.waves[at].rate(self.model, self.t, &self.y) > 0.0;
             let end = SwitchingSurface::PieceEnd(at, up);
-            let (left, size) = end.value(self.model, &self.regime, &self.spans, self.t, &self.y);
+            let (left, size) = end.value(self.model, &self.regime, &self.waves, self.t, &self.y);
             (left <= LOCATED * size).then_some((at, up))
         });
         std::iter::once((span, up)).chain(reached).collect()
     }
 
-    /// Goes to the next piece of a wave.
+    /// Advances a wave to its next piece.
     fn enter_piece(&mut self, span: usize, up: bool) {
-        self.spans[span].advance(self.model, up);
-        let span = self.spans[span];
+        self.waves[span].advance(self.model, up);
+        let span = self.waves[span];
         let branch = span.branch;
         self.entered[branch] = true;
         match (span.kind, self.regime.states[branch]) {
@@ -363,7 +361,7 @@ impl EventRun<'_> {
         }
     }
 
-    /// Updates a contact state after its stiffness or its e has jumped.
+    /// Updates a contact state after a jump of its stiffness or of its geometric error e.
     fn update_contact_state(&mut self, branch: usize) {
         let n = self.model.coordinate_count();
         let b = &self.model.elements[branch];
@@ -373,13 +371,13 @@ impl EventRun<'_> {
         {
             let pieces = self.model.error_pieces(Some(&self.regime), branch, self.t);
             let deflection = b.deflection(self.t, q, v, pieces);
-            let anew = b.contact_state(contact, (self.t, q), deflection, piece);
-            self.stats.events += u64::from(anew != state);
-            self.regime.states[branch] = ElementState::Contact(anew, piece);
+            let next = b.contact_state(contact, (self.t, q), deflection, piece);
+            self.stats.events += u64::from(next != state);
+            self.regime.states[branch] = ElementState::Contact(next, piece);
         }
     }
 
-    /// Lets overloaded pairs slide, and what has no inertia take its place.
+    /// Releases overloaded stick constraints and solves the massless positions.
     fn settle_friction(&mut self) -> Result<(), Error> {
         let before = self.regime.sticking_pairs().len();
         self.model
@@ -392,15 +390,15 @@ impl EventRun<'_> {
         Ok(())
     }
 
-    /// Solves the positions without inertia; where they jump, contact states may change.
+    /// Solves the massless positions; a jump may change contact states.
     fn solve_massless(&mut self) -> Result<(), Error> {
         let n = self.model.coordinate_count();
         for _ in 0..MAX_UPDATES {
             let y = self.model.consistent_state(&self.regime, self.t, &self.y)?;
             let size = y[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let places = y[..n].iter().zip(&self.y[..n]);
+            let pairs = y[..n].iter().zip(&self.y[..n]);
             let jumps =
-                places.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) > JUMP_TOLERANCE * size;
+                pairs.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) > JUMP_TOLERANCE * size;
             self.y = y;
             if !jumps {
                 break;
@@ -412,7 +410,7 @@ impl EventRun<'_> {
         Ok(())
     }
 
-    /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ (W v − ė)`.
+    /// Projects the velocity on the stick constraints: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ (W v − ė)`.
     fn project_stick_velocity(&mut self) {
         let n = self.model.coordinate_count();
         let v = self.y[n..2 * n].to_vec();
@@ -428,13 +426,13 @@ impl EventRun<'_> {
             let e = self.model.elements[branch].imposed_displacement.as_ref();
             e.map_or(0.0, |e| e.slope(self.t, piece))
         };
-        let held = self
+        let impulses = self
             .model
             .constraint_forces(&sticking, &momentum, &v, imposed);
         let mut change = vec![0.0; n];
-        for (&at, held) in sticking.iter().zip(held) {
+        for (&at, p) in sticking.iter().zip(impulses) {
             let direction = &self.model.elements[at].direction;
-            direction.entries().for_each(|(i, a)| change[i] += a * held);
+            direction.entries().for_each(|(i, a)| change[i] += a * p);
         }
         self.model.apply_inverse_mass(&mut change);
         for (v, change) in self.y[n..2 * n].iter_mut().zip(change) {
@@ -443,12 +441,12 @@ impl EventRun<'_> {
     }
 
     fn chattering_error(&self, surface: SwitchingSurface, y: Vec<f64>) -> Error {
-        let name = &self.model.elements[surface.branch(&self.spans)].name;
-        let (_, size) = surface.value(self.model, &self.regime, &self.spans, self.t, &y);
+        let name = &self.model.elements[surface.branch(&self.waves)].name;
+        let (_, size) = surface.value(self.model, &self.regime, &self.waves, self.t, &y);
         Error::new(
             Code::NoConvergence,
             format!(
-                "branch {name} switches to and fro at t = {} without time passing (values of size {size:.1e})",
+                "branch {name} switches back and forth at t = {} without advancing in time (values of size {size:.1e})",
                 format_instant(self.t)
             ),
         )

@@ -35,7 +35,7 @@ impl DynamicModel {
             }
             self.add_angle_terms(at, regime, t, y, force, &mut g);
         }
-        if let Some((k, c)) = &self.unattached {
+        if let Some((k, c)) = &self.global_matrices {
             for i in 0..n {
                 g[i] -= (0..n)
                     .map(|j| k[(i, j)] * q[j] + c[(i, j)] * v[j])

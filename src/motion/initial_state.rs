@@ -1,4 +1,4 @@
-//! Initial state: at rest, or at given speeds with static deflection `K q = f − M r a`.
+//! Initial state: at rest, or at given speeds with the static deflection `K q = f − M r a`.
 
 use super::assembled::AssembledModel;
 use super::contact::{ActiveFlanks, ContactLaw};
@@ -13,27 +13,27 @@ use crate::machine::linear::LinearModel;
 use crate::numeric::{Matrix, symmetric};
 use crate::scene::laws::InitialState;
 
-/// The state at rest, or running at the given speeds and wound up under the loads of the instant `t`.
+/// State at rest, or at the given speeds, rad/s, with the static deflection under the loads at time `t`, s.
 ///
-/// The winding up: `K q = f − M r a`, the accelerations a of rigid motions r taken off first (inertia relief); contacts carry
-/// on the flank their load presses, at the end of their play.
+/// The static deflection solves `K q = f − M r a` with the accelerations a of the rigid-body motions r (inertia relief); contacts carry on
+/// the flank that their load closes, at the end of their play.
 ///
 /// # Errors
-/// A static solution that does not exist.
+/// `UndeterminedSpeed` without speeds; `NoConvergence` of the static solution.
 pub fn initial_state(
-    moving: &AssembledModel,
+    assembled: &AssembledModel,
     linear_model: &LinearModel,
     speeds: Option<&[f64]>,
     at: InitialState,
     t: f64,
 ) -> Result<Vec<f64>, Error> {
-    let train = &moving.model;
-    let n = train.coordinate_count();
-    let mut y = vec![0.0; train.len()];
-    let carried = moving.prescribed_motion(t);
+    let model = &assembled.model;
+    let n = model.coordinate_count();
+    let mut y = vec![0.0; model.len()];
+    let prescribed = assembled.prescribed_motion(t);
     if at == InitialState::Rest {
-        for (j, (place, speed)) in carried.into_iter().enumerate() {
-            (y[j], y[n + j]) = (-place, -speed);
+        for (j, (position, speed)) in prescribed.into_iter().enumerate() {
+            (y[j], y[n + j]) = (-position, -speed);
         }
         return Ok(y);
     }
@@ -44,33 +44,33 @@ pub fn initial_state(
         );
     };
     for (i, &dof) in linear_model.independent_dofs.iter().enumerate() {
-        if let Some(j) = moving.coordinate_index(i) {
-            y[n + j] = speeds[dof] - carried[j].1;
+        if let Some(j) = assembled.coordinate_index(i) {
+            y[n + j] = speeds[dof] - prescribed[j].1;
         }
     }
-    match_error_rates(moving, t, &mut y)?;
-    init_internal_states(train, t, &mut y);
-    let q = match moving.branches.iter().any(|of| of.len() > 1) {
-        true => equilibrium_of_flanks(moving, t, &y)?,
-        false => static_equilibrium(train, &moving.rigid, t, &y)?,
+    match_error_rates(assembled, t, &mut y)?;
+    init_internal_states(model, t, &mut y);
+    let q = match assembled.branches.iter().any(|elements| elements.len() > 1) {
+        true => flank_equilibrium(assembled, t, &y)?,
+        false => static_equilibrium(model, &assembled.rigid, t, &y)?,
     };
     y[..n].copy_from_slice(&q);
     Ok(y)
 }
 
-/// A push below this, relative to what makes it, comes from ratios of speeds that are rounded.
+/// Force that counts as rounding of speed ratios, relative to the largest force term.
 const ROUNDING_TOLERANCE: f64 = 1e-12;
 
-/// Adds to the speeds what errors ask of them: `K v = −Σ u k δ̇`, so that what is wound up stays so.
-fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(), Error> {
-    let (model, rigid) = (&moving.model, &moving.rigid);
+/// Adds the speeds that keep the deflections constant under varying geometric errors: `K v = −Σ u k δ̇`.
+fn match_error_rates(assembled: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(), Error> {
+    let (model, rigid) = (&assembled.model, &assembled.rigid);
     let n = model.coordinate_count();
     let (q, v) = (vec![0.0; n], y[n..2 * n].to_vec());
-    let mut push = vec![0.0; n];
+    let mut force = vec![0.0; n];
     let mut size = 0.0f64;
     for (at, b) in model.elements.iter().enumerate() {
-        // Which tooth pairs touch is not known yet, and gaps out of reach change fast.
-        if is_tooth_pair(moving, at) {
+        // The tooth pairs in contact are not yet known, and the gaps of distant pairs change fast.
+        if is_tooth_pair(assembled, at) {
             continue;
         }
         let piece = b.pieces_at(t);
@@ -78,11 +78,11 @@ fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(
         let stiffness = static_stiffness(model, at);
         let swept: f64 = b.direction.entries().map(|(i, a)| (a * v[i]).abs()).sum();
         for (i, a) in b.force_direction().entries() {
-            push[i] -= a * stiffness * rate;
+            force[i] -= a * stiffness * rate;
             size = size.max((a * stiffness * swept).abs());
         }
     }
-    if push.iter().all(|p| p.abs() <= ROUNDING_TOLERANCE * size) {
+    if force.iter().all(|p| p.abs() <= ROUNDING_TOLERANCE * size) {
         return Ok(());
     }
     let mut k = Matrix::zeros(n, n);
@@ -94,13 +94,12 @@ fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(
             static_stiffness(model, at),
         );
     }
-    let mut speeds = symmetric::solve_semidefinite(&k, &push)?;
-    // No turning of the whole is added.
-    let momenta = model.momentum(&speeds);
-    let mut turning = momenta;
-    remove_rigid_loads(model, rigid, &mut turning);
-    model.apply_inverse_mass(&mut turning);
-    speeds.copy_from_slice(&turning);
+    let mut speeds = symmetric::solve_semidefinite(&k, &force)?;
+    // Rigid-body rotation is removed.
+    let mut elastic = model.momentum(&speeds);
+    remove_rigid_loads(model, rigid, &mut elastic);
+    model.apply_inverse_mass(&mut elastic);
+    speeds.copy_from_slice(&elastic);
     y[n..2 * n]
         .iter_mut()
         .zip(speeds)
@@ -108,7 +107,7 @@ fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(
     Ok(())
 }
 
-/// The stiffness with which a branch winds up, its flanks closed.
+/// Static stiffness of an element with closed flanks, N·m/rad or N/m.
 fn static_stiffness(model: &DynamicModel, branch: usize) -> f64 {
     match &model.elements[branch].law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
@@ -118,15 +117,15 @@ fn static_stiffness(model: &DynamicModel, branch: usize) -> f64 {
     }
 }
 
-/// A branch is one tooth pair of several.
-fn is_tooth_pair(moving: &AssembledModel, at: usize) -> bool {
-    moving
+/// Whether an element is one tooth pair of several.
+fn is_tooth_pair(assembled: &AssembledModel, at: usize) -> bool {
+    assembled
         .branches
         .iter()
-        .any(|of| of.len() > 2 && of.contains(&at))
+        .any(|elements| elements.len() > 2 && elements.contains(&at))
 }
 
-/// +1 of what touches on drive flanks, −1 of coast flanks.
+/// Flank sign: −1 for a contact on coast flanks only, otherwise +1.
 fn side(contact: &ContactLaw) -> f64 {
     match contact.flanks {
         ActiveFlanks::Coast => -1.0,
@@ -134,38 +133,38 @@ fn side(contact: &ContactLaw) -> f64 {
     }
 }
 
-/// Share of the largest applied force below which a force is rounding of a branch that carries nothing.
+/// Ratio to the largest applied force below which a force is rounding of an unloaded element.
 const IDLE_SHARE: f64 = 1e-9;
 
-/// Rounds of the search for the tooth pairs that carry, for each pair.
+/// Maximum number of iterations of the search for the loaded tooth pairs, per pair.
 const ROUNDS_PER_PAIR: usize = 10;
 
-/// The winding up with flanks or tooth pairs that are elements of their own: all of a drive flank carry at first; then those that would pull
-/// are let go and those that overlap are added.
-fn equilibrium_of_flanks(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
-    let model = &moving.model;
-    let meshes: Vec<&Vec<usize>> = moving.branches.iter().filter(|of| of.len() > 1).collect();
-    let n_pairs: usize = meshes.iter().map(|of| of.len()).sum();
+/// Static deflection with separate elements for flanks or tooth pairs: all pairs of the drive flank carry at first; then pairs under tension
+/// are released and overlapping pairs are closed.
+fn flank_equilibrium(assembled: &AssembledModel, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let model = &assembled.model;
+    let meshes: Vec<&Vec<usize>> = assembled.branches.iter().filter(|m| m.len() > 1).collect();
+    let n_pairs: usize = meshes.iter().map(|m| m.len()).sum();
     let mut closed: Vec<usize> = meshes
         .iter()
-        .flat_map(|of| &of[..of.len() / 2])
+        .flat_map(|m| &m[..m.len() / 2])
         .copied()
         .collect();
-    let still = vec![0.0; model.coordinate_count()];
+    let zero = vec![0.0; model.coordinate_count()];
     let overlap = |at: usize, q: &[f64]| match &model.elements[at].law {
         ForceLaw::Contact(contact) => {
             let b = &model.elements[at];
             let piece = b.pieces_at(t);
-            side(contact) * b.deflection(t, q, &still, piece).0 - contact.half_play
+            side(contact) * b.deflection(t, q, &zero, piece).0 - contact.half_play
         }
         _ => 0.0,
     };
     let applied = model.applied_forces(None, t, y);
-    let idle = IDLE_SHARE * applied.iter().fold(0.0f64, |most, f| most.max(f.abs()));
+    let idle = IDLE_SHARE * applied.iter().fold(0.0f64, |max, f| max.max(f.abs()));
     let solve = |closed: &[usize]| {
-        let mut tight = model.clone();
+        let mut closed_model = model.clone();
         for &at in meshes.iter().copied().flatten() {
-            let element = &mut tight.elements[at];
+            let element = &mut closed_model.elements[at];
             if let (ForceLaw::Contact(contact), true) = (&mut element.law, closed.contains(&at)) {
                 let play = Signal::constant(side(contact) * contact.half_play);
                 element.imposed_displacement = Some(match &element.imposed_displacement {
@@ -181,12 +180,12 @@ fn equilibrium_of_flanks(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<V
                 };
             }
         }
-        static_equilibrium(&tight, &moving.rigid, t, y)
+        static_equilibrium(&closed_model, &assembled.rigid, t, y)
     };
-    // A mesh whose drive pairs would pull together carries on its coast flanks.
+    // A mesh whose drive pairs are under tension in sum carries on its coast flanks.
     let q = solve(&closed)?;
-    for of in &meshes {
-        let (drive, coast) = of.split_at(of.len() / 2);
+    for m in &meshes {
+        let (drive, coast) = m.split_at(m.len() / 2);
         let force = |at: &usize| static_stiffness(model, *at) * overlap(*at, &q);
         if drive.iter().map(force).sum::<f64>() < 0.0 {
             closed.retain(|at| !drive.contains(at));
@@ -196,8 +195,8 @@ fn equilibrium_of_flanks(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<V
     for _ in 0..ROUNDS_PER_PAIR * n_pairs {
         let q = solve(&closed)?;
         let mut next: Vec<usize> = Vec::new();
-        for of in &meshes {
-            for flank in [&of[..of.len() / 2], &of[of.len() / 2..]] {
+        for m in &meshes {
+            for flank in [&m[..m.len() / 2], &m[m.len() / 2..]] {
                 if flank.iter().any(|at| closed.contains(at)) {
                     let touches = |at: &&usize| {
                         let scale = model.elements[**at].direction.scale;
@@ -212,12 +211,12 @@ fn equilibrium_of_flanks(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<V
         }
         closed = next;
     }
-    let message = "the tooth pairs that carry at the start do not settle";
+    let message = "the loaded tooth pairs at the start do not converge";
     Err(Error::new(Code::NoConvergence, message)
         .with_hint("start from rest, or change a load slightly"))
 }
 
-/// The winding up, characteristics by their secants, taken again until they stay.
+/// Static deflection with secant stiffnesses of the nonlinear elements, iterated to convergence.
 fn static_equilibrium(
     model: &DynamicModel,
     rigid: &[Vec<f64>],
@@ -225,8 +224,8 @@ fn static_equilibrium(
     y: &[f64],
 ) -> Result<Vec<f64>, Error> {
     let n = model.coordinate_count();
-    let mut straight = model.clone();
-    for b in &mut straight.elements {
+    let mut linearised = model.clone();
+    for b in &mut linearised.elements {
         if let Some(wave) = &mut b.stiffness_wave {
             wave.load_table = None;
         }
@@ -238,37 +237,37 @@ fn static_equilibrium(
         }
     }
     for _ in 0..MAX_SECANT_ITERATIONS {
-        let q = static_deflection(&straight, rigid, t, y)?;
-        let mut moved = 0.0f64;
-        for (b, straight) in model.elements.iter().zip(&mut straight.elements) {
+        let q = static_deflection(&linearised, rigid, t, y)?;
+        let mut change = 0.0f64;
+        for (b, linearised) in model.elements.iter().zip(&mut linearised.elements) {
             if b.follows_load() {
-                moved = moved.max(update_mesh_secant(b, straight, t, &y[..n], &q));
+                change = change.max(update_mesh_secant(b, linearised, t, &y[..n], &q));
                 continue;
             }
             let (ForceLaw::Nonlinear { characteristic, .. }, ForceLaw::Linear { stiffness, .. }) =
-                (&b.law, &mut straight.law)
+                (&b.law, &mut linearised.law)
             else {
                 continue;
             };
             let piece = b.pieces_at(t);
             let (delta, _) = b.deflection(t, &q, &vec![0.0; q.len()], piece);
             let force = *stiffness * delta;
-            moved = moved.max(characteristic.update_secant(stiffness, force));
+            change = change.max(characteristic.update_secant(stiffness, force));
         }
-        if moved <= SECANT_TOLERANCE {
+        if change <= SECANT_TOLERANCE {
             return Ok(q);
         }
     }
-    let message = "the forces in couplings and teeth that are not linear do not settle under the loads at the start";
+    let message = "nonlinear forces in couplings and teeth do not converge under the initial loads";
     Err(Error::new(Code::NoConvergence, message)
         .with_hint("start from rest, or change a load slightly"))
 }
 
-/// Replaces the stiffness of `straight` by the secant of a mesh that follows its load under the same force; the relative change. Waves go
-/// by the coordinates `y`.
+/// Sets the stiffness of `linearised` to the secant of a load-dependent mesh under the same force and returns the relative change. The wave
+/// phases follow from the coordinates `y`.
 fn update_mesh_secant(
     b: &ForceElement,
-    straight: &mut ForceElement,
+    linearised: &mut ForceElement,
     t: f64,
     y: &[f64],
     q: &[f64],
@@ -281,22 +280,22 @@ fn update_mesh_secant(
     let (delta, _) = b.deflection(t, q, &vec![0.0; q.len()], b.pieces_at(t));
     let g = delta.abs() - law.half_play;
     let factor = wave.waveform.value_in(psi, piece);
-    let (Some(curve), ForceLaw::Contact(straight)) =
-        (wave.load_curve(psi, piece), &mut straight.law)
+    let (Some(curve), ForceLaw::Contact(linearised)) =
+        (wave.load_curve(psi, piece), &mut linearised.law)
     else {
         return 0.0;
     };
-    let load = factor * straight.stiffness / law.stiffness * g;
+    let load = factor * linearised.stiffness / law.stiffness * g;
     if load.is_nan() || load <= 0.0 {
         return 0.0;
     }
     let next = law.stiffness * load / curve.at_load(load)[0] / factor;
-    let moved = (next / straight.stiffness - 1.0).abs();
-    straight.stiffness = next;
-    moved
+    let change = (next / linearised.stiffness - 1.0).abs();
+    linearised.stiffness = next;
+    change
 }
 
-/// Coordinates under the loads of the instant.
+/// Coordinates in static equilibrium under the loads at time `t`.
 fn static_deflection(
     model: &DynamicModel,
     rigid: &[Vec<f64>],
@@ -304,27 +303,27 @@ fn static_deflection(
     y: &[f64],
 ) -> Result<Vec<f64>, Error> {
     let n = model.coordinate_count();
-    let mut tight = model.clone();
-    for b in &mut tight.elements {
+    let mut closed = model.clone();
+    for b in &mut closed.elements {
         if let ForceLaw::Contact(contact) = &mut b.law {
             contact.half_play = 0.0;
         }
     }
-    let mut push = tight.applied_forces(None, t, y);
-    remove_rigid_loads(model, rigid, &mut push);
+    let mut loads = closed.applied_forces(None, t, y);
+    remove_rigid_loads(model, rigid, &mut loads);
     let mut k = Matrix::zeros(n, n);
-    for (at, b) in tight.elements.iter().enumerate() {
+    for (at, b) in closed.elements.iter().enumerate() {
         if let ForceLaw::AngleLocked { .. } = b.law {
             continue;
         }
-        let stiffness = tight.element_force(at, None, t, y, 0.0).1;
+        let stiffness = closed.element_force(at, None, t, y, 0.0).1;
         for (i, a) in b.direction.entries() {
             for (j, c) in b.direction.entries() {
                 k[(i, j)] += stiffness * a * c;
             }
         }
     }
-    let tight_q = symmetric::solve_semidefinite(&k, &push)?;
+    let q_closed = symmetric::solve_semidefinite(&k, &loads)?;
     for (at, b) in model.elements.iter().enumerate() {
         let ForceLaw::Contact(ContactLaw {
             half_play: half, ..
@@ -332,23 +331,23 @@ fn static_deflection(
         else {
             continue;
         };
-        let stiffness = tight.element_force(at, None, t, y, 0.0).1;
+        let stiffness = closed.element_force(at, None, t, y, 0.0).1;
         let piece = b.pieces_at(t);
-        let still = vec![0.0; n];
-        let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
-        let largest = push.iter().fold(0.0f64, |m, f| m.max(f.abs()));
-        // A branch that carries nothing stays in the middle of its play.
-        if force.abs() * b.direction.scale > IDLE_SHARE * largest {
-            let offset = stiffness * force.signum() * half;
+        let zero = vec![0.0; n];
+        let f = stiffness * b.deflection(t, &q_closed, &zero, piece).0;
+        let largest = loads.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+        // An unloaded element stays in the middle of its play.
+        if f.abs() * b.direction.scale > IDLE_SHARE * largest {
+            let offset = stiffness * f.signum() * half;
             b.direction
                 .entries()
-                .for_each(|(i, a)| push[i] += a * offset);
+                .for_each(|(i, a)| loads[i] += a * offset);
         }
     }
-    symmetric::solve_semidefinite(&k, &push)
+    symmetric::solve_semidefinite(&k, &loads)
 }
 
-/// Inner states as they are at steady speed.
+/// Sets the internal states to their values at constant speed.
 fn init_internal_states(model: &DynamicModel, t: f64, y: &mut [f64]) {
     let n = model.coordinate_count();
     let mut inner = 2 * n;
@@ -361,8 +360,8 @@ fn init_internal_states(model: &DynamicModel, t: f64, y: &mut [f64]) {
     }
 }
 
-/// Takes off the forces that accelerate rigid motions.
-fn remove_rigid_loads(model: &DynamicModel, rigid: &[Vec<f64>], push: &mut [f64]) {
+/// Subtracts the inertia forces of the rigid-body accelerations (inertia relief).
+fn remove_rigid_loads(model: &DynamicModel, rigid: &[Vec<f64>], forces: &mut [f64]) {
     let m = rigid.len();
     if m == 0 {
         return;
@@ -370,10 +369,10 @@ fn remove_rigid_loads(model: &DynamicModel, rigid: &[Vec<f64>], push: &mut [f64]
     let momenta: Vec<Vec<f64>> = rigid.iter().map(|r| model.momentum(r)).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let inertia = Matrix::from_fn(m, m, |i, j| dot(&rigid[i], &momenta[j]));
-    let right: Vec<f64> = rigid.iter().map(|r| dot(r, push)).collect();
+    let right: Vec<f64> = rigid.iter().map(|r| dot(r, forces)).collect();
     if let Ok(a) = symmetric::solve_semidefinite(&inertia, &right) {
         for (p, a) in momenta.iter().zip(a) {
-            push.iter_mut().zip(p).for_each(|(f, p)| *f -= a * p);
+            forces.iter_mut().zip(p).for_each(|(f, p)| *f -= a * p);
         }
     }
 }

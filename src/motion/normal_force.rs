@@ -137,7 +137,7 @@ impl DynamicModel {
 /// The refusal of friction pressed by a branch that is no unknown.
 pub fn missing_normal_force(model: &DynamicModel, branch: &str, by: usize) -> Error {
     let message = format!(
-        "the friction of {branch} goes by the force of {}, which is no unknown of the motion",
+        "the friction of {branch} depends on the force of {}, which is not an unknown of the motion",
         model.elements[by].name
     );
     Error::new(Code::Conflict, message).with_hint(

@@ -8,37 +8,37 @@ use super::prescribed::PrescribedReduction;
 use super::problem::OdeProblem;
 use super::signal::Signal;
 
-/// One wanted quantity.
+/// Output quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OutputQuantity {
-    /// A direction of the coordinates, by its number in [`MotionOutputs::rows`].
+    /// Position: value of a combination, by its index in [`MotionOutputs::rows`].
     Position(usize),
-    /// Rate of a row.
+    /// Speed: rate of a row.
     Speed(usize),
-    /// Second rate of a row.
+    /// Acceleration: second time derivative of a row.
     Acceleration(usize),
-    /// δ of a branch.
+    /// Deflection δ of an element.
     Deflection(usize),
-    /// F of a branch.
+    /// Force or torque F of an element.
     Force(usize),
-    /// `Σ a F` of branches, by its number in [`MotionOutputs::sums`].
+    /// Weighted sum `Σ a F` over elements, by its index in [`MotionOutputs::sums`].
     Forces(usize),
-    /// −F of a branch: what a motor gives the machine.
+    /// Torque −F that a motor element applies to the machine.
     MotorTorque(usize),
-    /// Power lost by dry friction of branches, W: first branch, and number of branches; of the machine with its prescribed coordinates.
+    /// Dry-friction power loss, W, of the elements from the first index on, by their number, in the model with its prescribed coordinates.
     FrictionPower(usize, usize),
-    /// `k δ + c δ̇` of a row δ: what a spring carries that became part of others.
+    /// Force `k δ + c δ̇` of a condensed spring and damper.
     Spring {
-        /// δ.
+        /// Row of the deflection δ.
         row: usize,
-        /// k.
+        /// Stiffness k, N·m/rad or N/m.
         stiffness: f64,
-        /// c.
+        /// Damping c, N·m·s/rad or N·s/m.
         damping: f64,
     },
-    /// The torque that keeps up a prescribed motion, by its number.
+    /// Torque that enforces a prescribed motion, by its index.
     PrescribedTorque(usize),
-    /// Load on a degree of freedom, by its number in [`MotionOutputs::loads`].
+    /// Load on a degree of freedom, by its index in [`MotionOutputs::loads`].
     Load(usize),
 }
 
@@ -53,24 +53,23 @@ pub struct MotionOutput {
     pub unit: &'static str,
 }
 
-/// Outputs of a machine, with the rows that give degrees of freedom in the independent coordinates.
+/// Requested outputs of a model with the combinations that they refer to.
 #[derive(Debug, Clone, Default)]
 pub struct MotionOutputs {
     /// Named outputs, in the order requested.
     pub list: Vec<MotionOutput>,
-    /// Combinations of coordinates, each a constant, a rate in time and terms: what rigid joints and imposed motions make of a
-    /// degree of freedom.
+    /// Combinations of coordinates and imposed motions, each for one degree of freedom or deflection.
     pub rows: Vec<LinearCombination>,
-    /// Sums of the forces of branches.
+    /// Weighted sums of element forces: pairs of element index and weight.
     pub sums: Vec<Vec<(usize, f64)>>,
-    /// Prescribed motions, where their torque is requested.
+    /// Prescribed motions, if their torque or the friction power is requested.
     pub prescribed: Option<PrescribedReduction>,
-    /// Loads on degrees of freedom: over time, and branches of the motion where they follow an angle.
+    /// Loads on degrees of freedom: a signal over time, and the elements of loads over an angle.
     pub loads: Vec<(Signal, Vec<usize>)>,
 }
 
 impl MotionOutputs {
-    /// Every output at a state, in its regime where there is one.
+    /// Values of all outputs at time `t`, s, and state `y`; without a regime the state determines it.
     pub fn evaluate(
         &self,
         model: &DynamicModel,
@@ -79,10 +78,10 @@ impl MotionOutputs {
         y: &[f64],
     ) -> Vec<f64> {
         let n = model.coordinate_count();
-        let found = OnceCell::new();
+        let cell = OnceCell::new();
         let current_regime =
-            || -> &Regime { found.get_or_init(|| model.output_regime(regime, t, y)) };
-        let slope = self
+            || -> &Regime { cell.get_or_init(|| model.output_regime(regime, t, y)) };
+        let derivative = self
             .list
             .iter()
             .any(|o| matches!(o.quantity, OutputQuantity::Acceleration(_)))
@@ -96,7 +95,7 @@ impl MotionOutputs {
             .map(|output| match output.quantity {
                 OutputQuantity::Position(row) => self.rows[row].value(t, &y[..n]),
                 OutputQuantity::Speed(row) => self.rows[row].rate(t, &y[n..2 * n]),
-                OutputQuantity::Acceleration(row) => match &slope {
+                OutputQuantity::Acceleration(row) => match &derivative {
                     Some(dy) => self.rows[row].second_rate(t, &dy[n..2 * n]),
                     None => 0.0,
                 },
@@ -115,39 +114,39 @@ impl MotionOutputs {
                 }
                 OutputQuantity::Force(branch) => force(model, current_regime(), branch, t, y),
                 OutputQuantity::Forces(sum) => (self.sums[sum].iter())
-                    .map(|&(branch, share)| share * force(model, current_regime(), branch, t, y))
+                    .map(|&(branch, weight)| weight * force(model, current_regime(), branch, t, y))
                     .sum(),
                 OutputQuantity::MotorTorque(branch) => {
                     -force(model, current_regime(), branch, t, y)
                 }
                 OutputQuantity::FrictionPower(first, count) => {
-                    let all = first..first + count;
-                    let lost = |model: &DynamicModel, regime: &Regime, y: &[f64]| {
-                        all.map(|at| model.friction_power(regime, t, y, at)).sum()
+                    let range = first..first + count;
+                    let power = |model: &DynamicModel, regime: &Regime, y: &[f64]| {
+                        range.map(|at| model.friction_power(regime, t, y, at)).sum()
                     };
                     match &self.prescribed {
-                        Some(known) => {
-                            let state = known.state(t, y);
-                            lost(
-                                &known.whole,
-                                &known.regime(current_regime(), t, &state),
+                        Some(prescribed) => {
+                            let state = prescribed.state(t, y);
+                            power(
+                                &prescribed.full_model,
+                                &prescribed.regime(current_regime(), t, &state),
                                 &state,
                             )
                         }
-                        None => lost(model, current_regime(), y),
+                        None => power(model, current_regime(), y),
                     }
                 }
                 OutputQuantity::Load(at) => {
-                    let (signal, followed) = &self.loads[at];
-                    let given = followed
+                    let (signal, over_angle) = &self.loads[at];
+                    let torques = over_angle
                         .iter()
                         .map(|&b| force(model, current_regime(), b, t, y));
-                    signal.value(t, signal.piece(t)) - given.sum::<f64>()
+                    signal.value(t, signal.piece(t)) - torques.sum::<f64>()
                 }
                 OutputQuantity::PrescribedTorque(at) => {
-                    let known = self.prescribed.as_ref();
-                    known.map_or(0.0, |known| {
-                        known.torques(model, current_regime(), t, y)[at]
+                    let prescribed = self.prescribed.as_ref();
+                    prescribed.map_or(0.0, |prescribed| {
+                        prescribed.torques(model, current_regime(), t, y)[at]
                     })
                 }
             })
@@ -155,17 +154,17 @@ impl MotionOutputs {
     }
 }
 
-/// F of a branch.
+/// Force or torque F of an element.
 fn force(model: &DynamicModel, regime: &Regime, branch: usize, t: f64, y: &[f64]) -> f64 {
-    let before: usize = model.elements[..branch]
+    let offset: usize = model.elements[..branch]
         .iter()
         .map(|b| b.internal_count())
         .sum();
     let z = y
-        .get(2 * model.coordinate_count() + before)
+        .get(2 * model.coordinate_count() + offset)
         .copied()
         .unwrap_or(0.0);
-    match model.elements[branch].law.is_dry() {
+    match model.elements[branch].law.is_dry_friction() {
         true => model.friction_force(regime, t, y, branch),
         false => model.element_force(branch, Some(regime), t, y, z).0,
     }

@@ -1,40 +1,40 @@
-//! Extremes between samples: where three samples of an output have a peak, the states between are interpolated, and the output is
+//! Extremes between samples: if three samples of an output have a peak, the states between them are interpolated and the output is
 //! evaluated there.
 //!
-//! Of every coordinate x, ẋ and ẍ are known at both samples. The quintic through them is off by `x⁽⁶⁾ h⁶/46 080` at the middle, and the
-//! equations show how much: where its second derivative is off by r there, it is off by `r h²/24` itself, and its slope by 3.43 times
-//! that over h at most. A peak is taken only where that leaves the digits shown.
+//! For every coordinate x, ẋ and ẍ are known at both samples. The error of the quintic Hermite interpolant is `x⁽⁶⁾ h⁶/46 080` at the
+//! middle. The equations of motion give the residual r of its second derivative there, from which its error is `r h²/24` and that of its
+//! slope at most `3.43 r h/24`. A peak is accepted only if these errors do not affect the printed digits.
 
 use super::dynamic_model::{DynamicModel, ElementState};
 use super::output_statistics::StatisticsAccumulator;
 use super::outputs::MotionOutputs;
 use super::regime::Regime;
 
-/// A refined peak may be off by this share of its size: half of the fourth digit.
+/// Largest relative error of a refined peak: half a unit of the fourth digit.
 const MAX_ERROR: f64 = 5e-5;
 
-/// Parts of the time between two samples at whose ends an output is evaluated.
+/// Number of subintervals between two samples at whose ends an output is evaluated.
 const PARTS: usize = 8;
 
-/// A sample with what holds there.
+/// Sample with its regime and outputs.
 struct Sample {
     t: f64,
     state: Vec<f64>,
-    /// The regime, where the method has one.
+    /// Regime, if the method uses regimes.
     regime: Option<Regime>,
     outputs: Vec<f64>,
 }
 
-/// Refines the extremes of outputs while a motion runs.
+/// Refinement of the output extremes during an integration run.
 pub struct PeakRefinement<'m> {
     model: &'m DynamicModel,
     outputs: &'m MotionOutputs,
-    /// The last two samples.
+    /// Last two samples, the older first.
     last: [Option<Sample>; 2],
 }
 
 impl<'m> PeakRefinement<'m> {
-    /// For outputs of a model.
+    /// Refinement for the outputs of a model.
     pub fn new(model: &'m DynamicModel, outputs: &'m MotionOutputs) -> PeakRefinement<'m> {
         PeakRefinement {
             model,
@@ -43,7 +43,7 @@ impl<'m> PeakRefinement<'m> {
         }
     }
 
-    /// Takes the next sample and raises the extremes that lie next to the one before.
+    /// Adds the next sample and extends the extremes around the previous one.
     pub fn push(
         &mut self,
         (t, y): (f64, &[f64]),
@@ -51,7 +51,7 @@ impl<'m> PeakRefinement<'m> {
         outputs: &[f64],
         accumulators: &mut [StatisticsAccumulator],
     ) {
-        // The equations do not give the acceleration of nodes without inertia.
+        // The equations do not give the acceleration of massless nodes.
         if self.model.has_massless() {
             return;
         }
@@ -64,7 +64,7 @@ impl<'m> PeakRefinement<'m> {
         if let [Some(before), Some(middle)] = &self.last {
             for (at, accumulator) in accumulators.iter_mut().enumerate() {
                 let [a, b, c] = [before, middle, &next].map(|s| s.outputs[at]);
-                // The vertex of the parabola is higher than the middle by half of this at most.
+                // The vertex of the parabola exceeds the middle sample by at most half of this.
                 let reach = (2.0 * b - a - c) / 8.0;
                 if (b - a) * (b - c) < 0.0 || reach == 0.0 || !accumulator.is_beyond(b + reach) {
                     continue;
@@ -83,7 +83,7 @@ impl<'m> PeakRefinement<'m> {
     }
 }
 
-/// The peak of an output between two samples of one regime, upward where `sense` is 1; absent where it is not known well enough.
+/// Time and value of the peak of an output between two samples of one regime, a maximum for `sense` 1; `None` if its error is too large.
 fn peak(
     (model, outputs): (&DynamicModel, &MotionOutputs),
     output: usize,
@@ -91,17 +91,17 @@ fn peak(
     one: &Sample,
     two: &Sample,
 ) -> Option<(f64, f64)> {
-    let held = [one, two].map(|s| model.output_regime(s.regime.as_ref(), s.t, &s.state));
-    if !are_alike(model, &held[0], &held[1]) {
+    let regimes = [one, two].map(|s| model.output_regime(s.regime.as_ref(), s.t, &s.state));
+    if !is_same_regime(model, &regimes[0], &regimes[1]) {
         return None;
     }
-    let between = Interpolant::new(model, [(one, &held[0]), (two, &held[1])]);
-    let value_at = |share: f64, state: &[f64]| {
-        let t = between.time(share);
-        let regime = carried_on(model, &held[0], t, state);
+    let interpolant = Interpolant::new(model, [(one, &regimes[0]), (two, &regimes[1])]);
+    let value_at = |theta: f64, state: &[f64]| {
+        let t = interpolant.time(theta);
+        let regime = with_states_of(model, &regimes[0], t, state);
         outputs.evaluate(model, Some(&regime), t, state)[output]
     };
-    let value = |share: f64| value_at(share, &between.state(share));
+    let value = |theta: f64| value_at(theta, &interpolant.state(theta));
     let mut values = [0.0; PARTS + 1];
     for (k, x) in values.iter_mut().enumerate() {
         *x = match k {
@@ -110,56 +110,56 @@ fn peak(
             _ => value(k as f64 / PARTS as f64),
         };
     }
-    let best = (1..PARTS).max_by(|i, j| (sense * values[*i]).total_cmp(&(sense * values[*j])))?;
-    let bend = 2.0 * values[best] - values[best - 1] - values[best + 1];
-    let vertex = 0.5 * (values[best + 1] - values[best - 1]) / bend;
-    let share = (best as f64 + vertex.clamp(-1.0, 1.0)) / PARTS as f64;
-    let highest = match share.is_finite() {
-        true => (share, value(share)),
-        false => (best as f64 / PARTS as f64, values[best]),
+    let top = (1..PARTS).max_by(|i, j| (sense * values[*i]).total_cmp(&(sense * values[*j])))?;
+    let curvature = 2.0 * values[top] - values[top - 1] - values[top + 1];
+    let vertex = 0.5 * (values[top + 1] - values[top - 1]) / curvature;
+    let theta = (top as f64 + vertex.clamp(-1.0, 1.0)) / PARTS as f64;
+    let refined = match theta.is_finite() {
+        true => (theta, value(theta)),
+        false => (top as f64 / PARTS as f64, values[top]),
     };
-    let (share, found) = match sense * highest.1 >= sense * values[best] {
-        true => highest,
-        false => (best as f64 / PARTS as f64, values[best]),
+    let (theta, extreme) = match sense * refined.1 >= sense * values[top] {
+        true => refined,
+        false => (top as f64 / PARTS as f64, values[top]),
     };
-    let middle = between.state(0.5);
-    let off = between.error_states(
+    let middle = interpolant.state(0.5);
+    let perturbed = interpolant.error_states(
         model,
-        &carried_on(model, &held[0], between.time(0.5), &middle),
+        &with_states_of(model, &regimes[0], interpolant.time(0.5), &middle),
     );
-    let known = value_at(0.5, &middle);
-    let error: f64 = off
+    let reference = value_at(0.5, &middle);
+    let error: f64 = perturbed
         .iter()
-        .map(|state| (value_at(0.5, state) - known).abs())
+        .map(|state| (value_at(0.5, state) - reference).abs())
         .sum();
-    (error <= MAX_ERROR * found.abs()).then(|| (between.time(share), found))
+    (error <= MAX_ERROR * extreme.abs()).then(|| (interpolant.time(theta), extreme))
 }
 
-/// Whether the same contacts are closed, the same pairs stick and the same lines of known signals hold.
-fn are_alike(model: &DynamicModel, a: &Regime, b: &Regime) -> bool {
-    let lines = model.forces.len() + model.elements.len();
+/// Whether two regimes have the same contact and friction states and the same pieces of the known signals.
+fn is_same_regime(model: &DynamicModel, a: &Regime, b: &Regime) -> bool {
+    let n_pieces = model.forces.len() + model.elements.len();
     let same = |pair: (&ElementState, &ElementState)| match pair {
         (ElementState::Contact(a, _), ElementState::Contact(b, _)) => a == b,
         (a, b) => a == b,
     };
-    a.pieces[..lines] == b.pieces[..lines] && a.states.iter().zip(&b.states).all(same)
+    a.pieces[..n_pieces] == b.pieces[..n_pieces] && a.states.iter().zip(&b.states).all(same)
 }
 
-/// The regime at a state, with contacts and friction as in another.
-fn carried_on(model: &DynamicModel, held: &Regime, t: f64, y: &[f64]) -> Regime {
+/// Regime at a state with the contact and friction states of another regime.
+fn with_states_of(model: &DynamicModel, source: &Regime, t: f64, y: &[f64]) -> Regime {
     let mut regime = model.contact_regime(t, y);
-    for (own, held) in regime.states.iter_mut().zip(&held.states) {
-        *own = match (*own, *held) {
+    for (state, source) in regime.states.iter_mut().zip(&source.states) {
+        *state = match (*state, *source) {
             (ElementState::Contact(_, piece), ElementState::Contact(state, _)) => {
                 ElementState::Contact(state, piece)
             }
-            (_, held) => held,
+            (_, source) => source,
         };
     }
     regime
 }
 
-/// States between two samples.
+/// Hermite interpolant of the states between two samples.
 struct Interpolant<'s> {
     ends: [&'s Sample; 2],
     /// ẏ at the ends.
@@ -184,19 +184,19 @@ impl<'s> Interpolant<'s> {
         }
     }
 
-    fn time(&self, share: f64) -> f64 {
-        self.ends[0].t + share * self.h
+    fn time(&self, theta: f64) -> f64 {
+        self.ends[0].t + theta * self.h
     }
 
-    /// Value, slope and second derivative of a coordinate, by the quintic through all three at both ends.
+    /// Value, slope and second derivative of coordinate i at s in [0, 1], by the quintic Hermite interpolant.
     fn jet(&self, i: usize, s: f64) -> [f64; 3] {
         let h = self.h;
-        let of = |end: usize| {
+        let derivatives = |end: usize| {
             let (y, slope) = (&self.ends[end].state, &self.slopes[end]);
             [y[i], h * y[self.n + i], h * h * slope[self.n + i]]
         };
-        let ([x0, v0, a0], [x1, v1, a1]) = (of(0), of(1));
-        // What the parabola at the first end leaves at the second.
+        let ([x0, v0, a0], [x1, v1, a1]) = (derivatives(0), derivatives(1));
+        // Residuals at the second end of the Taylor parabola at the first.
         let (dx, dv, da) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
         let c = [
             10.0 * dx - 4.0 * dv + 0.5 * da,
@@ -209,7 +209,7 @@ impl<'s> Interpolant<'s> {
         [x, v / h, a / (h * h)]
     }
 
-    /// The state; inner states by the cubic through values and slopes.
+    /// State at s in [0, 1]; internal states by the cubic Hermite interpolant.
     fn state(&self, s: f64) -> Vec<f64> {
         let (n, h) = (self.n, self.h);
         let [a, b] = self.ends.map(|end| &end.state);
@@ -226,7 +226,7 @@ impl<'s> Interpolant<'s> {
         state
     }
 
-    /// The state at the middle with what the coordinates may be off by, and with what their slopes may be off by.
+    /// States at the middle perturbed by the error bounds of the coordinates and by those of their slopes.
     fn error_states(&self, model: &DynamicModel, regime: &Regime) -> [Vec<f64>; 2] {
         const SLOPE_RATIO: f64 = 3.43;
         let (n, h, middle) = (self.n, self.h, self.state(0.5));
@@ -234,9 +234,9 @@ impl<'s> Interpolant<'s> {
         model.derivative_in(Some(regime), self.time(0.5), &middle, &mut slope);
         let mut states = [middle.clone(), middle];
         for i in 0..n {
-            let off = (self.jet(i, 0.5)[2] - slope[n + i]) * h * h / 24.0;
-            states[0][i] += off;
-            states[1][n + i] += SLOPE_RATIO * off / h;
+            let error = (self.jet(i, 0.5)[2] - slope[n + i]) * h * h / 24.0;
+            states[0][i] += error;
+            states[1][n + i] += SLOPE_RATIO * error / h;
         }
         states
     }

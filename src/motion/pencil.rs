@@ -131,7 +131,7 @@ fn analytic_pencil(frozen: &RegimeProblem, t: f64, y: &[f64]) -> JacobianPencil 
         );
         add_outer_product(&mut damping, branch.force_direction(), &branch.direction, c);
     }
-    if let Some((k, c)) = &model.unattached {
+    if let Some((k, c)) = &model.global_matrices {
         stiffness += k;
         damping += c;
     }

@@ -36,7 +36,7 @@ pub struct PrescribedMotion {
 #[derive(Debug, Clone)]
 pub struct PrescribedReduction {
     /// Full model with all coordinates.
-    pub whole: DynamicModel,
+    pub full_model: DynamicModel,
     /// Indices of the retained coordinates.
     pub retained: Vec<usize>,
     /// Index in the reduced model of every branch of the full model; `None` if it joins prescribed motions alone.
@@ -98,7 +98,7 @@ pub fn eliminate_motions(
         .filter(|j| !is_known(j))
         .collect();
     if free.is_empty() {
-        let message = "every body moves as prescribed: nothing is left to compute";
+        let message = "every motion is prescribed: there is nothing to compute";
         return Err(Error::new(Code::Conflict, message)
             .with_hint("give a joint between the prescribed body and the others its k"));
     }
@@ -106,11 +106,11 @@ pub fn eliminate_motions(
         let momentum = full.momentum(&motion.influence);
         if free.iter().any(|&i| momentum[i] != 0.0) {
             let message = format!(
-                "the speed that `{}` prescribes jumps, and inertia ties its body to others",
+                "the prescribed speed of `{}` jumps, and its body is coupled to others by inertia",
                 motion.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("let the speed rise over a short time in place of the jump"));
+                .with_hint("replace the jump by a ramp over a short time"));
         }
     }
     let mut branches = Vec::new();
@@ -153,14 +153,14 @@ pub fn eliminate_motions(
         elements: branches,
         forces: drives,
         mass_damping: full.mass_damping,
-        unattached: full.unattached.as_ref().map(|(k, c)| {
+        global_matrices: full.global_matrices.as_ref().map(|(k, c)| {
             let select =
                 |a: &Matrix| Matrix::from_fn(free.len(), free.len(), |i, j| a[(free[i], free[j])]);
             (select(k), select(c))
         }),
     };
     let prescribed = PrescribedReduction {
-        whole: full,
+        full_model: full,
         retained: free,
         branches: numbers,
         motions,
@@ -171,7 +171,7 @@ pub fn eliminate_motions(
 impl PrescribedReduction {
     /// State of the full model from the reduced state.
     pub fn state(&self, t: f64, y: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.whole.coordinate_count(), self.retained.len());
+        let (n, m) = (self.full_model.coordinate_count(), self.retained.len());
         let mut all = vec![0.0; 2 * n];
         for motion in &self.motions {
             let piece = motion.signal.piece(t);
@@ -191,7 +191,7 @@ impl PrescribedReduction {
 
     /// Regime of the full model at its state, from the regime of the reduced model.
     pub fn regime(&self, reduced: &Regime, t: f64, state: &[f64]) -> Regime {
-        let full = self.whole.regime(t, state);
+        let full = self.full_model.regime(t, state);
         let sources = self.branches.iter().zip(&full.states);
         Regime {
             states: sources
@@ -213,18 +213,18 @@ impl PrescribedReduction {
             }
             Some(dof)
         };
-        (0..self.whole.coordinate_count()).map(dof).collect()
+        (0..self.full_model.coordinate_count()).map(dof).collect()
     }
 
     /// Driving torques of the prescribed motions, positive along them:
     /// `T = [M q̈ + α M q̇ + K₀q + C₀q̇ + Σ u F − f]` of their coordinates, N·m or N.
     pub fn torques(&self, reduced: &DynamicModel, regime: &Regime, t: f64, y: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.whole.coordinate_count(), self.retained.len());
+        let (n, m) = (self.full_model.coordinate_count(), self.retained.len());
         let mut slope = vec![0.0; y.len()];
         reduced.derivative_in(Some(regime), t, y, &mut slope);
         let state = self.state(t, y);
         let all = self.regime(regime, t, &state);
-        let mut forces = self.whole.applied_forces(Some(&all), t, &state);
+        let mut forces = self.full_model.applied_forces(Some(&all), t, &state);
         let stick_forces = reduced.stick_forces(
             regime,
             t,
@@ -233,14 +233,14 @@ impl PrescribedReduction {
         );
         for (&pair, force) in regime.sticking_pairs().iter().zip(stick_forces) {
             let branch = self.branches.iter().position(|b| *b == Some(pair));
-            let direction = branch.map(|b| &self.whole.elements[b].direction);
+            let direction = branch.map(|b| &self.full_model.elements[b].direction);
             direction
                 .into_iter()
                 .flat_map(Direction::entries)
                 .for_each(|(i, a)| forces[i] -= a * force);
         }
         let mut accel: Vec<f64> = (0..n)
-            .map(|i| self.whole.mass_damping * state[n + i])
+            .map(|i| self.full_model.mass_damping * state[n + i])
             .collect();
         for (j, &i) in self.retained.iter().enumerate() {
             accel[i] += slope[m + j];
@@ -250,7 +250,7 @@ impl PrescribedReduction {
             let pairs = accel.iter_mut().zip(&motion.influence);
             pairs.for_each(|(a, r)| *a += r * curvature);
         }
-        let momentum = self.whole.momentum(&accel);
+        let momentum = self.full_model.momentum(&accel);
         let torque =
             |motion: &PrescribedMotion| momentum[motion.coordinate] - forces[motion.coordinate];
         self.motions.iter().map(torque).collect()
@@ -270,7 +270,7 @@ impl PrescribedReduction {
     /// Impulse work at jumps of prescribed speeds after `from` and until `to`, J.
     pub fn impulse_work(&self, from: f64, to: f64) -> f64 {
         let work = |motion: &PrescribedMotion| {
-            let inertia = self.whole.momentum(&motion.influence)[motion.coordinate];
+            let inertia = self.full_model.momentum(&motion.influence)[motion.coordinate];
             let knots = motion.signal.knots.iter().enumerate().skip(1);
             let within = knots.filter(|(_, knot)| knot.time > from && knot.time <= to);
             let jump = |(piece, knot): (usize, &super::signal::Knot)| {
@@ -353,7 +353,7 @@ fn induced_forces(
         momentum.iter().map(|p| full.mass_damping * p).collect(),
         rate.clone(),
     ));
-    if let Some((k, c)) = &full.unattached {
+    if let Some((k, c)) = &full.global_matrices {
         terms.push((times(k), motion.signal.clone()));
         terms.push((times(c), rate));
     }

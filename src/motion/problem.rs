@@ -10,37 +10,37 @@ use crate::base::error::Error;
 use crate::base::time_budget::CancelToken;
 use crate::numeric::Matrix;
 
-/// A first-order problem `ẏ = f(t, y)`. Machines are one; plain stiff problems too.
+/// First-order initial value problem `ẏ = f(t, y)`.
 pub trait OdeProblem {
     /// Number of states.
     fn len(&self) -> usize;
 
-    /// f.
+    /// Right-hand side f, written to `dy`.
     fn derivative(&self, t: f64, y: &[f64], dy: &mut [f64]);
 
-    /// ∂f/∂y; by differences of [`OdeProblem::derivative`] unless the problem knows better.
+    /// Jacobian ∂f/∂y; by default by forward differences of [`OdeProblem::derivative`].
     fn jacobian(&self, t: f64, y: &[f64], jacobian: &mut Matrix) {
         let n = self.len();
-        let mut moved = y.to_vec();
+        let mut perturbed = y.to_vec();
         let (mut base, mut slope) = (vec![0.0; n], vec![0.0; n]);
         self.derivative(t, y, &mut base);
         for j in 0..n {
             let step = f64::EPSILON.sqrt() * y[j].abs().max(1e-5);
-            moved[j] = y[j] + step;
-            self.derivative(t, &moved, &mut slope);
+            perturbed[j] = y[j] + step;
+            self.derivative(t, &perturbed, &mut slope);
             for i in 0..n {
-                jacobian[(i, j)] = (slope[i] - base[i]) / (moved[j] - y[j]);
+                jacobian[(i, j)] = (slope[i] - base[i]) / (perturbed[j] - y[j]);
             }
-            moved[j] = y[j];
+            perturbed[j] = y[j];
         }
     }
 
-    /// The first known instant after `t` at which f jumps or has a corner; ∞ where none comes.
+    /// First known discontinuity of f or its derivative after `t`, s; ∞ by default.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether there is nothing to solve.
+    /// Whether the problem has no states.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -49,51 +49,51 @@ pub trait OdeProblem {
 /// Options of an integration run.
 #[derive(Debug, Clone)]
 pub struct IntegrationOptions {
-    /// From this instant, s.
+    /// Start time, s.
     pub from: f64,
-    /// To this one, s.
+    /// End time, s.
     pub to: f64,
-    /// The state then.
+    /// State at the start time.
     pub initial_state: Vec<f64>,
-    /// Number of equal steps between samples: samples + 1 states are delivered, both ends included.
+    /// Number of sample intervals: samples + 1 states are delivered at equal spacing, both ends included.
     pub samples: usize,
     /// Tolerance or fixed step.
     pub step_size: StepSize,
-    /// The run is refused once it has cost so much, counted as [`IntegrationStats::work`] with what the follower did.
+    /// Work budget in evaluations of f, compared with [`IntegrationStats::work`] plus the work of the observers.
     pub max_work: u64,
-    /// The run ends between two steps once this is due; what was delivered is whole.
+    /// Cancellation token; it ends the run between two steps, and the delivered samples stay valid.
     pub cancel: CancelToken,
-    /// Who goes along next to the samples.
+    /// Observer of the dense output.
     pub observer: Observer,
 }
 
-/// A part of a run in which nothing switches that the method locates, and no known function jumps: a step, or all up to the next
-/// switch.
+/// Dense output over an interval without located events and without jumps of known functions: one step, or a segment up to the next
+/// event.
 pub struct DenseOutput<'a> {
-    /// From this instant, s.
+    /// Start of the interval, s.
     pub from: f64,
-    /// To this one, s.
+    /// End of the interval, s.
     pub to: f64,
-    /// A time in which the motion cannot turn round and back, s: the whole interval where it is one step.
+    /// Time scale below which the motion does not reverse twice, s: the interval itself if it is one step.
     pub time_scale: f64,
-    /// Regime of the interval, where the method uses regimes.
+    /// Regime of the interval, if the method uses regimes.
     pub regime: Option<&'a Regime>,
-    /// The state at an instant of it.
+    /// Writes the state at an instant of the interval, s.
     pub state: &'a mut dyn FnMut(f64, &mut [f64]),
 }
 
-/// Function applied to every interval, returning its work, in evaluations.
+/// Function applied to every interval; it returns its work in evaluations of f.
 type ObserverFn = dyn FnMut(DenseOutput) -> u64;
 
 /// Observer of the intervals of a run in their order; none by default.
 #[derive(Clone, Default)]
 pub struct Observer {
     functions: Vec<Rc<RefCell<ObserverFn>>>,
-    spent: Rc<Cell<u64>>,
+    work: Rc<Cell<u64>>,
 }
 
 impl Observer {
-    /// Adds a function that is handed every interval and returns its work, in evaluations.
+    /// Registers a function that receives every interval and returns its work in evaluations of f.
     pub fn add(&mut self, function: impl FnMut(DenseOutput) -> u64 + 'static) {
         self.functions.push(Rc::new(RefCell::new(function)));
     }
@@ -103,23 +103,23 @@ impl Observer {
         !self.functions.is_empty()
     }
 
-    /// Hands over an interval, if time passes in it.
+    /// Passes an interval of positive length to the registered functions.
     pub fn observe(&self, interval: DenseOutput) {
         if interval.to <= interval.from {
             return;
         }
-        for follow in &self.functions {
-            let work = (follow.borrow_mut())(DenseOutput {
+        for function in &self.functions {
+            let work = (function.borrow_mut())(DenseOutput {
                 state: &mut *interval.state,
                 ..interval
             });
-            self.spent.set(self.spent.get() + work);
+            self.work.set(self.work.get() + work);
         }
     }
 
-    /// The work so far, in evaluations.
+    /// Accumulated work in evaluations of f.
     pub fn work(&self) -> u64 {
-        self.spent.get()
+        self.work.get()
     }
 }
 
@@ -130,7 +130,7 @@ impl fmt::Debug for Observer {
 }
 
 impl IntegrationOptions {
-    /// The instant of a sample; the last is exactly the end.
+    /// Time of a sample, s; the last one is exactly the end time.
     pub fn time(&self, sample: usize) -> f64 {
         match sample == self.samples {
             true => self.to,
@@ -142,44 +142,43 @@ impl IntegrationOptions {
 /// Step size: tolerance or fixed step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepSize {
-    /// Local error per step, relative to the scale of each state: for methods that choose their steps.
+    /// Tolerance of the local error per step, relative to the scale of each state, for methods with step control.
     Adaptive(f64),
-    /// Fixed step, s: for methods that do not.
+    /// Step size, s, for methods without step control.
     Fixed(f64),
 }
 
-/// Sink of the samples: time, state, and the regime where the method uses regimes. A break ends the run early, whole.
+/// Sink of the samples: time, s, state, and the regime if the method uses regimes; a break ends the run early.
 pub type SampleSink<'a> = dyn FnMut(f64, &[f64], Option<&Regime>) -> ControlFlow<()> + 'a;
 
-/// Cost of a run.
+/// Counters of the effort of an integration run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct IntegrationStats {
-    /// Steps or segments.
+    /// Number of accepted steps or segments.
     pub steps: u64,
-    /// Steps done again smaller.
+    /// Number of rejected steps.
     pub rejected: u64,
-    /// Evaluations of f, or of switch functions.
+    /// Number of evaluations of f or of event functions.
     pub evaluations: u64,
-    /// Evaluations of ∂f/∂y.
+    /// Number of evaluations of ∂f/∂y.
     pub jacobians: u64,
-    /// Matrices factored.
+    /// Number of matrix factorisations.
     pub factorisations: u64,
-    /// Contacts opened or closed, pairs that stuck or slipped.
+    /// Number of events: contacts opened or closed, transitions between stick and slip.
     pub events: u64,
-    /// Switching surfaces touched without a certain crossing.
+    /// Number of switching surfaces touched without a definite crossing.
     pub grazings: u64,
-    /// Linear machines built, one for each way the contacts stood.
+    /// Number of linear systems built, one for each combination of contact states.
     pub regimes: u64,
 }
 
 impl IntegrationStats {
-    /// The work, in evaluations of f of a problem with so many states: a step is one; what factors a matrix or finds its entries as many
-    /// as half the states, of more than 64 coordinates as many times more as they are times 64; the modes of a linear machine as many as the
-    /// square of half the states.
+    /// Work in evaluations of f of a problem with `states` states, n = states/2. A step counts 1; a factorisation or Jacobian counts n,
+    /// multiplied by ⌈n/64⌉; the modes of a linear system count n². At least 8 is used for n.
     pub fn work(&self, states: usize) -> u64 {
-        // Below this the calls cost, not the rows.
+        // Below this size the call overhead dominates.
         const MIN_ROWS: u64 = 8;
-        // Up to here a factorisation goes by its rows, beyond by their square.
+        // Up to this size the cost of a factorisation is proportional to the rows, beyond to their square.
         const FEW_ROWS: u64 = 64;
         let rows = (states as u64 / 2).max(MIN_ROWS);
         let factors = rows * rows.div_ceil(FEW_ROWS);
@@ -191,6 +190,6 @@ impl IntegrationStats {
     }
 }
 
-/// A method's run on a problem of kind P.
+/// Integration function of a method for problems of type P.
 pub type IntegrateFn<P> =
     fn(&P, &IntegrationOptions, &mut SampleSink) -> Result<IntegrationStats, Error>;

@@ -82,9 +82,9 @@ fn terms(signal: &Signal, from: f64) -> Vec<Term> {
 fn multiplied(x: &Term, y: &Term) -> Result<Vec<Term>, Error> {
     let ([a, b, c], [d, e, f]) = (x.power, y.power);
     if b * f + c * e != 0.0 || c * f != 0.0 {
-        let message = "the product of these functions is a cubic or more between its knots";
+        let message = "the product of these functions is of degree 3 or higher between its knots";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("at most two factors may change along straight lines at one time; write the others into one table"));
+            .with_hint("at most two factors may be piecewise linear at the same time; combine the other factors in one table"));
     }
     let power = [a * d, a * e + b * d, a * f + b * e + c * d];
     let whole = |phase: f64, omega: f64, share: f64| Term {

@@ -29,7 +29,7 @@ impl DynamicModel {
         }
         let mut regime = self.contact_regime(t, y);
         for (stand, b) in regime.states.iter_mut().zip(&self.elements) {
-            if b.law.is_dry() {
+            if b.law.is_dry_friction() {
                 *stand = ElementState::Smooth;
             }
         }
@@ -64,7 +64,7 @@ impl DynamicModel {
                         of_wave,
                     )
                 }
-                law if law.is_dry() => {
+                law if law.is_dry_friction() => {
                     let (_, rate) = b.deflection(t, q, v, piece);
                     let swept = b.direction.entries().map(|(i, a)| (a * v[i]).abs());
                     let imposed = b

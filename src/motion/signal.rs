@@ -6,46 +6,46 @@ use super::burst::Burst;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// `x(t)`: the last knot at or before t carries a line or a parabola; harmonics add to it.
+/// Signal x(t): the polynomial of the last knot at or before t, plus harmonics and bursts.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Signal {
-    /// By rising time. Before the first one the value is zero.
+    /// Knots in order of time; the polynomial is zero before the first one.
     pub knots: Vec<Knot>,
-    /// `Σ a cos(ω t + φ)`, everlasting.
+    /// Harmonics `Σ a cos(ω t + φ)` at all times.
     pub harmonics: Vec<Harmonic>,
-    /// Harmonics that begin and end, both at knots.
+    /// Harmonics that begin and end at knots.
     pub bursts: Vec<Burst>,
 }
 
-/// From `time` on the signal is `value + slope (t − time) + ½ curvature (t − time)²`.
+/// Start of the piece `value + slope (t − time) + ½ curvature (t − time)²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knot {
-    /// s; −∞ for what always was so.
+    /// Time of the knot, s; −∞ for a piece without a start.
     pub time: f64,
-    /// Value at the knot (or at time zero where the knot lies at −∞).
+    /// Value at the knot (at time zero for a knot at −∞).
     pub value: f64,
-    /// Change per second.
+    /// First derivative, 1/s.
     pub slope: f64,
-    /// The change of that per second; zero for a straight line.
+    /// Second derivative, 1/s²; zero for a straight line.
     pub curvature: f64,
 }
 
-/// Lines meet where they differ by no more than this share: the rounding of their computed ends.
-const KINK: f64 = 1e-12;
+/// Relative tolerance of a jump of value or slope: the rounding error of the computed ends of a piece.
+const JUMP_TOLERANCE: f64 = 1e-12;
 
-/// `amplitude · cos(omega t + phase)`.
+/// Harmonic `amplitude · cos(omega t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Harmonic {
-    /// 0-to-peak.
+    /// Amplitude, zero to peak.
     pub amplitude: f64,
-    /// rad/s.
+    /// Angular frequency, rad/s.
     pub omega: f64,
-    /// rad.
+    /// Phase, rad.
     pub phase: f64,
 }
 
 impl Knot {
-    /// A straight line.
+    /// Knot of a straight line.
     pub fn line(time: f64, value: f64, slope: f64) -> Knot {
         Knot {
             time,
@@ -55,36 +55,36 @@ impl Knot {
         }
     }
 
-    /// Seconds since it, since time zero where it lies at −∞.
-    fn since(&self, t: f64) -> f64 {
+    /// Time since the knot, s; since time zero for a knot at −∞.
+    fn elapsed(&self, t: f64) -> f64 {
         match self.time.is_finite() {
             true => t - self.time,
             false => t,
         }
     }
 
-    /// Value of the line at `t`.
+    /// Value of the piece at the time t, s.
     pub fn value_at(&self, t: f64) -> f64 {
         match (self.slope, self.curvature) {
             (0.0, 0.0) => self.value,
-            (slope, bend) => {
-                let since = self.since(t);
-                self.value + (slope + 0.5 * bend * since) * since
+            (slope, curvature) => {
+                let dt = self.elapsed(t);
+                self.value + (slope + 0.5 * curvature * dt) * dt
             }
         }
     }
 
-    /// The slope of its line at `t`.
+    /// First derivative of the piece at the time t, s.
     pub fn slope_at(&self, t: f64) -> f64 {
         match self.curvature {
             0.0 => self.slope,
-            bend => self.slope + bend * self.since(t),
+            curvature => self.slope + curvature * self.elapsed(t),
         }
     }
 }
 
 impl Signal {
-    /// The same at all times.
+    /// Constant signal.
     pub fn constant(value: f64) -> Signal {
         Signal {
             knots: vec![Knot::line(f64::NEG_INFINITY, value, 0.0)],
@@ -92,7 +92,7 @@ impl Signal {
         }
     }
 
-    /// Zero before `time`, `size` from then on.
+    /// Step from zero to `size` at `time`, s.
     pub fn step(size: f64, time: f64) -> Signal {
         Signal {
             knots: vec![Knot::line(time, size, 0.0)],
@@ -100,7 +100,7 @@ impl Signal {
         }
     }
 
-    /// `from` before the first instant, `to` after the second, a straight line between.
+    /// Ramp from the value `from` at the start to the value `to` at the end, s.
     pub fn ramp(from: f64, to: f64, [start, end]: [f64; 2]) -> Signal {
         let slope = (to - from) / (end - start);
         let knots = vec![
@@ -114,7 +114,7 @@ impl Signal {
         }
     }
 
-    /// One harmonic.
+    /// Signal of one harmonic.
     pub fn harmonic(amplitude: f64, omega: f64, phase: f64) -> Signal {
         Signal {
             harmonics: vec![Harmonic {
@@ -126,27 +126,27 @@ impl Signal {
         }
     }
 
-    /// Straight lines through points of rising time, constant before and after; two points of one time are a jump.
+    /// Piecewise linear signal through points (t in s, x) in order of time, constant before and after; two points at one time are a jump.
     ///
     /// # Errors
-    /// Times that fall, or numbers that are not finite.
+    /// Times that decrease, or numbers that are not finite.
     pub fn table(points: &[(f64, f64)]) -> Result<Signal, Error> {
-        let bad = |message: &str| {
+        let invalid = |message: &str| {
             Err(Error::new(Code::OutOfRange, message)
-                .with_hint("give time and value in rising order of time"))
+                .with_hint("give time and value in increasing order of time"))
         };
         if points.iter().any(|p| !p.0.is_finite() || !p.1.is_finite()) {
-            return bad("a table over time holds a number that is not finite");
+            return invalid("a table over time has a value that is not finite");
         }
         if points.windows(2).any(|p| p[1].0 < p[0].0) {
-            return bad("the times of a table run backward");
+            return invalid("the times of a table decrease");
         }
         let Some(first) = points.first() else {
-            return bad("a table over time is empty");
+            return invalid("a table over time is empty");
         };
         let mut knots = vec![Knot::line(f64::NEG_INFINITY, first.1, 0.0)];
-        for pair in points.windows(2) {
-            let ((t, x), (u, y)) = (pair[0], pair[1]);
+        for ends in points.windows(2) {
+            let ((t, x), (u, y)) = (ends[0], ends[1]);
             if u > t {
                 knots.push(Knot::line(t, x, (y - x) / (u - t)));
             }
@@ -160,39 +160,39 @@ impl Signal {
         })
     }
 
-    /// Which knot carries the line at `t`, counted from one; zero before the first.
+    /// Number of the active piece at the time t, s, counted from one; zero before the first knot.
     pub fn piece(&self, t: f64) -> usize {
         self.knots.partition_point(|knot| knot.time <= t)
     }
 
-    /// The value at `t` with the line of the piece `piece` (see [`Signal::piece`]) carried on.
+    /// Value at the time t, s, with the piece `piece` (see [`Signal::piece`]) extrapolated if needed.
     pub fn value(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].value_at(t),
+            k => self.knots[k - 1].value_at(t),
         };
         let harmonics = self.harmonics.iter();
         let harmonics = harmonics.map(|h| h.amplitude * (h.omega * t + h.phase).cos());
         line + harmonics.sum::<f64>() + self.bursts(t, piece, 0)
     }
 
-    /// The sum of a derivative, by its order, of what lasts over a piece for a while.
+    /// Sum of the derivatives of a given order of the bursts active on a piece.
     fn bursts(&self, t: f64, piece: usize, order: usize) -> f64 {
         if self.bursts.is_empty() {
             return 0.0;
         }
-        let begins = piece
+        let start = piece
             .checked_sub(1)
-            .map_or(f64::NEG_INFINITY, |at| self.knots[at].time);
-        let lasting = self.bursts.iter().filter(|b| b.lasts(begins));
-        lasting.map(|b| b.value_at(t)[order]).sum()
+            .map_or(f64::NEG_INFINITY, |k| self.knots[k].time);
+        let active = self.bursts.iter().filter(|b| b.lasts(start));
+        active.map(|b| b.value_at(t)[order]).sum()
     }
 
-    /// The derivative at `t` on the piece `piece`.
+    /// First derivative at the time t, s, on the piece `piece`.
     pub fn slope(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].slope_at(t),
+            k => self.knots[k - 1].slope_at(t),
         };
         line - self
             .harmonics
@@ -202,11 +202,11 @@ impl Signal {
             + self.bursts(t, piece, 1)
     }
 
-    /// The second derivative at `t` on the piece `piece`.
+    /// Second derivative at the time t, s, on the piece `piece`.
     pub fn curvature(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].curvature,
+            k => self.knots[k - 1].curvature,
         };
         line - self
             .harmonics
@@ -216,14 +216,14 @@ impl Signal {
             + self.bursts(t, piece, 2)
     }
 
-    /// The first knot after `t`; ∞ where none comes.
+    /// Time of the first knot after t, s; ∞ without one.
     pub fn next_knot(&self, t: f64) -> f64 {
         self.knots
             .get(self.piece(t))
             .map_or(f64::INFINITY, |knot| knot.time)
     }
 
-    /// This and another.
+    /// Sum of two signals.
     #[must_use]
     pub fn plus(&self, other: &Signal) -> Signal {
         let mut times: Vec<f64> = self
@@ -234,18 +234,18 @@ impl Signal {
             .collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let part = |signal: &Signal, time: f64| match signal.piece(time) {
+        let derivatives = |signal: &Signal, time: f64| match signal.piece(time) {
             0 => [0.0; 3],
-            at => {
+            k => {
                 let (knot, t) = (
-                    signal.knots[at - 1],
+                    signal.knots[k - 1],
                     if time.is_finite() { time } else { 0.0 },
                 );
                 [knot.value_at(t), knot.slope_at(t), knot.curvature]
             }
         };
         let knot = |&time: &f64| {
-            let (a, b) = (part(self, time), part(other, time));
+            let (a, b) = (derivatives(self, time), derivatives(other, time));
             Knot {
                 time,
                 value: a[0] + b[0],
@@ -266,7 +266,7 @@ impl Signal {
         }
     }
 
-    /// This times a number.
+    /// Signal multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Signal {
         let knots = self.knots.iter().map(|k| Knot {
@@ -286,7 +286,7 @@ impl Signal {
         }
     }
 
-    /// Rate of the signal; jumps of the value leave nothing.
+    /// Time derivative of the signal, without the impulses of its jumps.
     #[must_use]
     pub fn rate(&self) -> Signal {
         let knots = self.knots.iter().map(|k| Knot {
@@ -307,12 +307,12 @@ impl Signal {
         }
     }
 
-    /// Integral of the signal since time zero, of straight lines that always were and of harmonics that never end.
+    /// Integral of the signal from time zero. The signal must be piecewise linear plus harmonics, without bursts.
     #[must_use]
     pub fn integral(&self) -> Signal {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
         for k in &self.knots {
-            let value = knots.last().map_or(0.0, |before| before.value_at(k.time));
+            let value = knots.last().map_or(0.0, |last| last.value_at(k.time));
             knots.push(Knot {
                 time: k.time,
                 value,
@@ -320,38 +320,38 @@ impl Signal {
                 curvature: k.slope,
             });
         }
-        let swings = self.harmonics.iter().map(|h| Harmonic {
+        let harmonics = self.harmonics.iter().map(|h| Harmonic {
             amplitude: h.amplitude / h.omega,
             omega: h.omega,
             phase: h.phase - FRAC_PI_2,
         });
         let sum = Signal {
             knots,
-            harmonics: swings.collect(),
+            harmonics: harmonics.collect(),
             ..Signal::default()
         };
         let at_zero = sum.value(0.0, sum.piece(0.0));
         sum.plus(&Signal::constant(-at_zero))
     }
 
-    /// Nothing but lines and harmonics that never end: no piece is a parabola.
+    /// True for a piecewise linear signal plus harmonics, without bursts.
     pub fn is_piecewise_linear(&self) -> bool {
         self.knots.iter().all(|k| k.curvature == 0.0) && self.bursts.is_empty()
     }
 
-    /// The value or the rate jumps at a knot.
+    /// True if the value or the slope jumps at a knot.
     pub fn has_kinks(&self) -> bool {
         let largest =
-            |of: fn(&Knot) -> f64| self.knots.iter().fold(0.0f64, |m, k| m.max(of(k).abs()));
+            |f: fn(&Knot) -> f64| self.knots.iter().fold(0.0f64, |m, k| m.max(f(k).abs()));
         let (value, slope) = (largest(|k| k.value), largest(|k| k.slope));
         self.knots.windows(2).any(|pair| {
             let t = pair[1].time;
-            (pair[0].value_at(t) - pair[1].value).abs() > KINK * value
-                || (pair[0].slope_at(t) - pair[1].slope).abs() > KINK * slope
+            (pair[0].value_at(t) - pair[1].value).abs() > JUMP_TOLERANCE * value
+                || (pair[0].slope_at(t) - pair[1].slope).abs() > JUMP_TOLERANCE * slope
         })
     }
 
-    /// Zero at all times.
+    /// True if the signal is zero at all times.
     pub fn is_zero(&self) -> bool {
         self.knots
             .iter()

@@ -30,14 +30,14 @@ pub struct CondensedDof {
     /// Imposed displacement, rad or m.
     pub known: Option<Signal>,
     /// The coordinate lags by an internal state.
-    pub remembers: bool,
+    pub has_internal_state: bool,
 }
 
 /// Error of a coordinate that cannot be condensed.
 pub fn cannot_condense(name: &str, what: &str) -> Error {
     let message = format!("{name} has no inertia, and {what} acts there");
     Error::new(Code::Conflict, message).with_hint(
-        "give the node its inertia, however small: the exact methods do not mind; springs and dampers alone may meet at a node without one",
+        "give the node a (small) inertia, which the exact methods take; massless nodes may join springs and dampers only",
     )
 }
 
@@ -133,7 +133,7 @@ impl StarPoint {
     }
 
     /// Whether z lags its neighbours, or would lag under load.
-    pub fn lags(&self) -> bool {
+    pub fn has_internal_state(&self) -> bool {
         self.damping > 0.0
     }
 
@@ -160,7 +160,7 @@ impl StarPoint {
             at: self.at,
             terms,
             known,
-            remembers: !self.is_proportional,
+            has_internal_state: !self.is_proportional,
         }
     }
 
@@ -191,14 +191,13 @@ impl StarPoint {
         let terms: usize = self.arms.iter().map(|arm| arm.terms.len()).sum();
         if terms.saturating_mul(self.arms.len()) > MAX_TERMS {
             let message = format!(
-                "{name} has no inertia and joins {} branches: without it each would reach all its neighbours, {:.0e} terms (limit {:.0e})",
+                "{name} has no inertia and joins {} branches: its elimination couples all neighbours, {:.0e} terms (limit {:.0e})",
                 self.arms.len(),
                 terms as f64 * self.arms.len() as f64,
                 MAX_TERMS as f64
             );
-            return Err(Error::new(Code::BudgetExceeded, message).with_hint(
-                "give the node its inertia, however small: the exact methods do not mind",
-            ));
+            return Err(Error::new(Code::BudgetExceeded, message)
+                .with_hint("give the node a (small) inertia, which the exact methods take"));
         }
         let springs = |arm: &StarArm| arm.stiffness;
         let dampers = |arm: &StarArm| arm.damping;
@@ -233,11 +232,11 @@ impl StarPoint {
             |b: &&ForceElement| b.internal_count() > 0 && left.iter().any(|&z| b.touches(z));
         if let Some(b) = all.iter().find(remembering) {
             let message = format!(
-                "`{}` join nodes without inertia in a row, and their dampers are no common share of their springs",
+                "`{}` join massless nodes in series, and their dampers are not proportional to their springs",
                 b.name
             );
             return Err(Error::new(Code::Conflict, message).with_hint(
-                "give one of these nodes its inertia, however small: the exact methods do not mind",
+                "give one of these nodes a (small) inertia, which the exact methods take",
             ));
         }
         Ok(all)

@@ -4,31 +4,31 @@ use super::problem::{IntegrationOptions, IntegrationStats, OdeProblem, SampleSin
 use super::progress::{SampleEmitter, check_budget, check_options, next_discontinuity_within};
 use crate::base::error::Error;
 
-/// A method of one step that knows the motion inside its last step.
+/// One-step method with dense output over its last step.
 pub trait Stepper<P> {
-    /// Forgets the steps before: f has jumped.
+    /// Discards the history of steps after a discontinuity of f.
     fn restart(&mut self);
 
-    /// One step from `t`, to `end` at most; gives the time reached, s, and the state there.
+    /// Takes one step from the time and state `start`, at most to the time `end`, s; returns the new time, s, and state.
     ///
     /// # Errors
-    /// `NoConvergence` where no step is short enough, `Hopeless` beyond the budget.
+    /// `NoConvergence` if no step meets the tolerance, `BudgetExceeded`.
     fn step(
         &mut self,
         problem: &P,
-        at: (f64, &[f64]),
+        start: (f64, &[f64]),
         end: f64,
         stats: &mut IntegrationStats,
     ) -> Result<(f64, Vec<f64>), Error>;
 
-    /// The state at a share θ of the last step, from 0 to 1.
+    /// Dense output at the fraction θ of the last step, 0 to 1.
     fn interpolate(&self, theta: f64, y: &mut [f64]);
 }
 
-/// Integrates a problem without events, every known break at the end of a step.
+/// Integrates a problem without events; every known discontinuity is the end of a step.
 ///
 /// # Errors
-/// Those of the steps, and what cannot be asked.
+/// Errors of the steps, and invalid options.
 pub fn run<P: OdeProblem>(
     problem: &P,
     options: &IntegrationOptions,
@@ -42,19 +42,19 @@ pub fn run<P: OdeProblem>(
     let mut sample = y.clone();
     samples.emit_until(t, &mut sample, None, |_, _| ())?;
     while samples.due().is_some() && t < options.to {
-        let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
+        let t_stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
         stepper.restart();
-        while t < stop && samples.due().is_some() {
-            let (reached, state) = stepper.step(problem, (t, &y), stop, &mut stats)?;
+        while t < t_stop && samples.due().is_some() {
+            let (t_end, state) = stepper.step(problem, (t, &y), t_stop, &mut stats)?;
             stats.steps += 1;
-            check_budget(options, &stats, reached)?;
-            samples.emit_until(reached, &mut sample, None, |due, into| {
-                match due == reached {
-                    true => into.copy_from_slice(&state),
-                    false => stepper.interpolate((due - t) / (reached - t), into),
+            check_budget(options, &stats, t_end)?;
+            samples.emit_until(t_end, &mut sample, None, |t_sample, y_out| {
+                match t_sample == t_end {
+                    true => y_out.copy_from_slice(&state),
+                    false => stepper.interpolate((t_sample - t) / (t_end - t), y_out),
                 }
             })?;
-            (t, y) = (reached, state);
+            (t, y) = (t_end, state);
         }
     }
     Ok(stats)
@@ -63,13 +63,13 @@ pub fn run<P: OdeProblem>(
 /// Step-size rule of a stepper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepSizeRule {
-    /// By the error estimated, against this tolerance.
+    /// Error control with this tolerance.
     Tolerance(f64),
-    /// It does not: equal parts of every interval between breaks, this long at most, s.
+    /// Equal steps between discontinuities with this maximum, s.
     Fixed(f64),
 }
 
-/// The part of what is left that a step of at most `h` takes, so that all that is left goes into equal steps, s.
-pub fn equal_step(left: f64, h: f64) -> f64 {
-    left / (left / h - 1e-6).ceil().max(1.0)
+/// Step size of equal steps of at most `h` over the remaining time `span`, s.
+pub fn equal_step(span: f64, h: f64) -> f64 {
+    span / (span / h - 1e-6).ceil().max(1.0)
 }

@@ -194,11 +194,11 @@ pub fn switching_surfaces(
                 let count = contact.switching_functions(state, 1.0).len();
                 all.extend((0..count).map(|which| SwitchingSurface::Contact(at, which)));
             }
-            (law, ElementState::Friction(FrictionState::Stick)) if law.is_dry() => {
+            (law, ElementState::Friction(FrictionState::Stick)) if law.is_dry_friction() => {
                 all.push(SwitchingSurface::Breakaway(at, FrictionState::Forward));
                 all.push(SwitchingSurface::Breakaway(at, FrictionState::Backward));
             }
-            (law, ElementState::Friction(_)) if law.is_dry() => {
+            (law, ElementState::Friction(_)) if law.is_dry_friction() => {
                 all.push(SwitchingSurface::SlipReversal(at))
             }
             _ => {}

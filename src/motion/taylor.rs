@@ -234,7 +234,7 @@ impl TimeVaryingModel<'_> {
                     .entries()
                     .for_each(|(i, a)| g[i] -= a * force);
             }
-            if let Some((stiffness, damping)) = &self.model.unattached {
+            if let Some((stiffness, damping)) = &self.model.global_matrices {
                 for i in 0..n {
                     g[i] -= (0..n)
                         .map(|j| stiffness[(i, j)] * now[j] + damping[(i, j)] * speed[j])

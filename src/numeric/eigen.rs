@@ -7,7 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::balance::balance;
-use super::sorting::rising_order;
+use super::sorting::ascending_order;
 use super::symmetric::lu_solve_complex;
 use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
 
@@ -101,7 +101,7 @@ pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix),
     registers::zero_upper();
     let decomposition = decomposition.map_err(|_| no_convergence(n))?;
     let (values, vectors) = (decomposition.S().column_vector(), decomposition.U());
-    let order = rising_order((0..n).map(|i| values[i].norm()));
+    let order = ascending_order((0..n).map(|i| values[i].norm()));
     let right = ComplexMatrix::from_fn(n, n, |i, k| {
         vectors[(i, order[k])] / vectors.col(order[k]).norm_l2()
     });
@@ -128,7 +128,7 @@ pub fn generalised_eigenvalues(a: &Matrix, e: &Matrix) -> Result<Vec<Option<Comp
 fn no_convergence(n: usize) -> Error {
     Error::new(
         Code::NoConvergence,
-        format!("the QR iteration for the eigenvalues of a {n}×{n} matrix did not settle"),
+        format!("the QR iteration for the eigenvalues of a {n}×{n} matrix did not converge"),
     )
 }
 

@@ -1,25 +1,25 @@
-//! QR of a tall matrix row by row (R only), least squares from R, singular value decomposition.
+//! QR factorisation of a tall matrix row by row (R only), least squares from R, singular value decomposition.
 //!
-//! Rows are folded in by Householder reflections of `[R; new rows]`: Golub & Van Loan, Matrix Computations, 4th ed. (2013), §6.5.3.
+//! R is updated by Householder reflections of `[R; new rows]` (Golub & Van Loan, Matrix Computations, 4th ed. (2013), §6.5.3).
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::{Matrix, check_finite, registers};
 
-/// The triangle R of a tall matrix whose rows arrive one by one; memory is a few times R whatever the number of rows.
+/// Triangular factor R of a tall matrix, updated row by row; the memory is a few times that of R for any number of rows.
 #[derive(Debug, Clone)]
 pub struct IncrementalQr {
-    /// R on top, rows not yet folded in below.
+    /// Factor R at the top, rows not yet factorised below.
     rows: Matrix,
     filled: usize,
 }
 
-/// Rows folded in at once, in multiples of the number of columns: the reflections then do most of their work in blocks.
+/// Rows per update, in multiples of the number of columns, so that most reflections are blocked.
 const BLOCK_FACTOR: usize = 3;
 
 impl IncrementalQr {
-    /// For rows of `columns` entries.
+    /// Factor of a matrix with `columns` columns.
     pub fn new(columns: usize) -> IncrementalQr {
         IncrementalQr {
             rows: Matrix::zeros(columns + (BLOCK_FACTOR * columns).max(64), columns),
@@ -27,10 +27,10 @@ impl IncrementalQr {
         }
     }
 
-    /// Adds a row; entries beyond the number of columns are not read.
+    /// Adds a row; entries beyond the number of columns are ignored.
     pub fn push(&mut self, row: &[f64]) {
         if self.filled == self.rows.nrows() {
-            self.fold();
+            self.update();
         }
         for (j, &x) in row.iter().enumerate().take(self.rows.ncols()) {
             self.rows[(self.filled, j)] = x;
@@ -38,14 +38,14 @@ impl IncrementalQr {
         self.filled += 1;
     }
 
-    /// R so far: square and upper triangular, its signs arbitrary.
+    /// Square upper triangular R of all rows; the signs of its rows are arbitrary.
     pub fn finish(mut self) -> Matrix {
-        self.fold();
+        self.update();
         let n = self.rows.ncols();
         self.rows.subrows(0, n).to_owned()
     }
 
-    fn fold(&mut self) {
+    fn update(&mut self) {
         let n = self.rows.ncols();
         if n == 0 {
             return;
@@ -63,41 +63,41 @@ impl IncrementalQr {
     }
 }
 
-/// Minimiser of `‖A x − b‖`.
+/// Least-squares solution, the minimiser of `‖A x − b‖`.
 #[derive(Debug, Clone)]
 pub struct LeastSquaresSolution {
-    /// x.
+    /// Solution x.
     pub solution: Vec<f64>,
-    /// `‖A x − b‖²`.
+    /// Residual sum of squares `‖A x − b‖²`.
     pub residual_square: f64,
-    /// `(AᵀA)⁻¹`.
+    /// Inverse normal matrix `(AᵀA)⁻¹`.
     pub inverse: Matrix,
 }
 
-/// A pivot of R below this share of its column says that the column lies in the span of those before it.
-const DEPENDENT: f64 = 1e-12;
+/// Relative tolerance of a pivot of R: a column with a smaller pivot is linearly dependent on those before it.
+const MIN_PIVOT: f64 = 1e-12;
 
-/// Solves from the triangle of `[A b]`.
+/// Solves the least-squares problem from the factor R of `[A b]`.
 ///
 /// # Errors
-/// `IllPosed` where a column of A depends on those before it.
+/// `IllPosed` if a column of A is linearly dependent on those before it.
 pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
     let n = r.ncols().saturating_sub(1);
     for j in 0..n {
         let column = r.col_as_slice(j)[..=j].iter().map(|x| x * x).sum::<f64>();
         let pivot = r[(j, j)].abs();
-        if !(pivot > DEPENDENT * column.sqrt()) {
+        if !(pivot > MIN_PIVOT * column.sqrt()) {
             return Err(Error::new(
                 Code::IllPosed,
                 format!(
-                    "the data do not separate unknown {} of {n} from those before it",
+                    "unknown {} of {n} is linearly dependent on those before it",
                     j + 1
                 ),
             )
-            .with_hint("fit fewer coefficients, or take data that vary more"));
+            .with_hint("fit fewer coefficients, or use data that vary more"));
         }
     }
-    let back = |column: &mut [f64]| {
+    let substitute = |column: &mut [f64]| {
         for i in (0..n).rev() {
             column[i] /= r[(i, i)];
             let value = column[i];
@@ -106,9 +106,9 @@ pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
         }
     };
     let mut solution: Vec<f64> = r.col_as_slice(n)[..n].to_vec();
-    back(&mut solution);
+    substitute(&mut solution);
     let mut inverse = Matrix::identity(n, n);
-    (0..n).for_each(|j| back(inverse.col_as_slice_mut(j)));
+    (0..n).for_each(|j| substitute(inverse.col_as_slice_mut(j)));
     Ok(LeastSquaresSolution {
         solution,
         residual_square: r[(n, n)] * r[(n, n)],
@@ -116,36 +116,36 @@ pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
     })
 }
 
-/// `A = U diag(values) Vᵀ` with square U and V; values descending, as many as the smaller side of A.
+/// Singular value decomposition `A = U diag(values) Vᵀ` with square U and V.
 #[derive(Debug, Clone)]
 pub struct Svd {
-    /// Left vectors as columns.
+    /// Left singular vectors as columns.
     pub u: Matrix,
-    /// Singular values.
+    /// Singular values in descending order, min(m, n) of them.
     pub values: Vec<f64>,
-    /// Right vectors as columns.
+    /// Right singular vectors as columns.
     pub v: Matrix,
 }
 
-/// Singular values with both kinds of vectors.
+/// Computes the singular value decomposition with square U and V.
 ///
 /// # Errors
-/// `NoConvergence`; `Overflow` where an entry is not finite.
+/// `NoConvergence`; `Overflow` if an entry is not finite.
 pub fn svd(a: &Matrix) -> Result<Svd, Error> {
     check_finite(a, "a matrix")?;
-    let found = a.svd();
+    let factors = a.svd();
     registers::zero_upper();
-    let found = found.map_err(|_| {
+    let factors = factors.map_err(|_| {
         let (m, n) = (a.nrows(), a.ncols());
         Error::new(
             Code::NoConvergence,
-            format!("the singular values of a {m}×{n} matrix did not settle"),
+            format!("the singular values of a {m}×{n} matrix did not converge"),
         )
     })?;
     Ok(Svd {
-        u: found.U().to_owned(),
-        values: found.S().column_vector().iter().copied().collect(),
-        v: found.V().to_owned(),
+        u: factors.U().to_owned(),
+        values: factors.S().column_vector().iter().copied().collect(),
+        v: factors.V().to_owned(),
     })
 }
 
@@ -153,7 +153,7 @@ pub fn svd(a: &Matrix) -> Result<Svd, Error> {
 mod tests {
     use super::*;
 
-    /// Noise-free rows give back the unknowns, and `(AᵀA)⁻¹ AᵀA = I`; a repeated column is refused.
+    /// Noise-free rows give the exact unknowns, and `(AᵀA)⁻¹ AᵀA = I`.
     #[test]
     fn law_rows_one_by_one() {
         let mut rng = fastrand::Rng::with_seed(7);
@@ -166,13 +166,13 @@ mod tests {
                 gram[(i, j)] += a[i] * a[j];
             }
         }
-        let found = solve_from_r(&triangle.finish()).unwrap();
-        for (x, expected) in found.solution.iter().zip([2.0, -3.0, 0.5]) {
+        let fit = solve_from_r(&triangle.finish()).unwrap();
+        for (x, expected) in fit.solution.iter().zip([2.0, -3.0, 0.5]) {
             assert!((x - expected).abs() < 1e-13);
         }
-        let one = &found.inverse * &gram;
+        let identity = &fit.inverse * &gram;
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-            assert!((one[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-11);
+            assert!((identity[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-11);
         }
     }
 
@@ -187,10 +187,10 @@ mod tests {
     #[test]
     fn law_factors_multiply_to_the_matrix() {
         let a = Matrix::from_fn(6, 4, |i, j| ((3 * i + j * j) % 7) as f64);
-        let found = svd(&a).unwrap();
-        let scaled = Matrix::from_fn(6, 4, |i, j| found.u[(i, j)] * found.values[j]);
-        assert!((&scaled * found.v.transpose() - &a).norm_max() < 1e-13);
-        let one = found.u.transpose() * &found.u;
-        assert!((&one - Matrix::identity(6, 6)).norm_max() < 1e-14);
+        let factors = svd(&a).unwrap();
+        let scaled = Matrix::from_fn(6, 4, |i, j| factors.u[(i, j)] * factors.values[j]);
+        assert!((&scaled * factors.v.transpose() - &a).norm_max() < 1e-13);
+        let identity = factors.u.transpose() * &factors.u;
+        assert!((&identity - Matrix::identity(6, 6)).norm_max() < 1e-14);
     }
 }

@@ -1,24 +1,24 @@
 //! Spanning forest of a spring network: `K = Σ k w wᵀ`, `wᵀx = a xᵢ + c xⱼ`.
 //!
-//! On a forest the springs join in series and parallel from the leaves to the root (see `numeric::elimination`), and no digit is lost
-//! whatever their spread. Springs to ground only add to their node. A few springs that close loops are kept next to the forest.
+//! On a forest the springs combine in series and parallel from the leaves to the root (see `numeric::elimination`) without cancellation,
+//! whatever the spread of stiffness. Springs to ground add to their node; the few springs that close loops are stored separately.
 
-/// More springs than this closing loops, and the sparse factorisation is the better tool.
+/// Maximum number of springs that close loops; with more the sparse factorisation is faster.
 const MAX_LOOPS: usize = 50;
 
-/// A loop whose ratios multiply to one within this (relative; rounding of some hundred ratios) leaves the tree free to turn.
+/// Relative deviation from one of the product of the ratios of a loop, below which the tree can rotate: rounding of some hundred ratios.
 const SAME_RATIO: f64 = 1e-12;
 
 /// A spring of energy `½ k (a xᵢ + c xⱼ)²`, or `½ k (a xᵢ)²` to ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForestSpring {
-    /// The first degree of freedom, i.
+    /// First degree of freedom, i.
     pub i: usize,
     /// Coefficient `a`.
     pub a: f64,
-    /// The second degree of freedom and its coefficient, (j, c); none for a spring to ground.
+    /// Second degree of freedom and its coefficient, (j, c); `None` for a spring to ground.
     pub second: Option<(usize, f64)>,
-    /// Stiffness, positive, in the units that make `k (wᵀx)²` an energy.
+    /// Stiffness, positive, N·m/rad or N/m: `k (wᵀx)²` is an energy, J.
     pub k: f64,
 }
 
@@ -31,35 +31,35 @@ pub(super) struct TreeEdge {
     pub k: f64,
 }
 
-/// A spring that closes a loop, in positions of the elimination order.
+/// Spring that closes a loop; nodes are positions in the elimination order.
 #[derive(Debug, Clone)]
 pub(super) struct ClosingSpring {
     pub k: f64,
-    /// `wᵀx = Σ coefficient · δ` over the links of these nodes, for the part of x that deforms the tree.
-    pub along: Vec<(usize, f64)>,
-    /// `wᵀx` gains this times x at `apex`, where the loop's ratios do not multiply to one.
+    /// Nodes and coefficients of `wᵀx = Σ coefficient · δ` over the edges from the nodes to their parents.
+    pub path: Vec<(usize, f64)>,
+    /// Coefficient of x at `apex` in `wᵀx`; zero where the ratios of the loop multiply to one.
     pub slip: f64,
     pub apex: usize,
     pub ends: [(usize, f64); 2],
 }
 
-/// One tree of the forest, or a part of the order with one root.
+/// Tree of the forest: the positions `start..end` of the elimination order, the root first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tree {
     pub start: usize,
     pub end: usize,
-    /// Whether a spring ties it to ground.
+    /// True if a spring connects the tree to ground.
     pub grounded: bool,
-    /// Whether loops of contradicting ratios keep it from turning.
+    /// True if a loop whose ratios do not multiply to one prevents rigid rotation.
     pub locked: bool,
 }
 
-/// Forest in elimination order: parents precede their children, each tree in one piece.
+/// Forest in elimination order: parents precede their children, each tree is contiguous.
 #[derive(Debug, Clone)]
 pub struct Forest {
     /// `order[position]` = degree of freedom.
     pub(super) order: Vec<usize>,
-    /// Per position; none at a root.
+    /// Edge to the parent, per position; `None` at a root.
     pub(super) edges: Vec<Option<TreeEdge>>,
     /// Stiffness to ground, per position.
     pub(super) ground: Vec<f64>,
@@ -70,12 +70,12 @@ pub struct Forest {
 }
 
 impl Forest {
-    /// The forest over `n` degrees of freedom, or none where more than some fifty springs close loops or a number is not finite.
+    /// Builds the forest over `n` degrees of freedom; `None` if more than fifty springs close loops or a number is not finite.
     ///
-    /// `inertia` chooses the root of a free tree, its heaviest degree of freedom: what is pinned there is recovered exactly.
-    /// Where there is a choice, the stiffest springs make the tree and the softest close the loops.
+    /// The root of a free tree is its degree of freedom of largest `inertia`, kg·m² or kg, whose motion is then recovered exactly.
+    /// The stiffest springs form the tree and the softest close the loops.
     pub fn new(n: usize, springs: &[ForestSpring], inertia: &[f64]) -> Option<Forest> {
-        let sound = |s: &ForestSpring| {
+        let is_valid = |s: &ForestSpring| {
             let (j, c) = s.second.unwrap_or((s.i, 1.0));
             s.k > 0.0
                 && (s.k * s.a * s.a).is_finite()
@@ -83,7 +83,7 @@ impl Forest {
                 && s.i < n
                 && j < n
         };
-        if inertia.len() != n || !springs.iter().all(sound) {
+        if inertia.len() != n || !springs.iter().all(is_valid) {
             return None;
         }
         let mut ground = vec![0.0; n];
@@ -100,21 +100,20 @@ impl Forest {
                 }),
             }
         }
-        let rough = BreadthFirstTree::new(n, &edges, &vec![true; edges.len()], |_, tree| tree[0]);
-        let in_tree = rough.stiffest_edges(&edges);
-        if in_tree.iter().filter(|kept| !**kept).count() > MAX_LOOPS {
+        let unweighted = Traversal::new(n, &edges, &vec![true; edges.len()], |_, tree| tree[0]);
+        let in_tree = unweighted.stiffest_edges(&edges);
+        if in_tree.iter().filter(|is_edge| !**is_edge).count() > MAX_LOOPS {
             return None;
         }
-        let root = |turning: &[f64], tree: &[usize]| -> usize {
-            let held = tree.iter().any(|&i| ground[i] > 0.0);
-            let weight = |i: usize| if held { ground[i] } else { inertia[i].abs() } * turning[i] * turning[i];
-            tree.iter().copied().fold(
-                tree[0],
-                |best, i| if weight(i) > weight(best) { i } else { best },
-            )
+        let root = |shape: &[f64], tree: &[usize]| -> usize {
+            let is_grounded = tree.iter().any(|&i| ground[i] > 0.0);
+            let size = |i: usize| if is_grounded { ground[i] } else { inertia[i].abs() } * shape[i] * shape[i];
+            tree.iter()
+                .copied()
+                .fold(tree[0], |max, i| if size(i) > size(max) { i } else { max })
         };
         Some(Forest::from_parts(
-            BreadthFirstTree::new(n, &edges, &in_tree, root),
+            Traversal::new(n, &edges, &in_tree, root),
             &edges,
             &in_tree,
             &ground,
@@ -122,21 +121,21 @@ impl Forest {
     }
 
     fn from_parts(
-        hanging: BreadthFirstTree,
+        traversal: Traversal,
         edges: &[Edge],
         in_tree: &[bool],
         ground: &[f64],
     ) -> Forest {
-        let BreadthFirstTree {
+        let Traversal {
             order,
-            edges: links,
+            edges: tree_edges,
             roots,
-            turning,
-        } = hanging;
+            rigid_shape,
+        } = traversal;
         let n = order.len();
         let mut position = vec![0; n];
-        for (at, &i) in order.iter().enumerate() {
-            position[i] = at;
+        for (pos, &i) in order.iter().enumerate() {
+            position[i] = pos;
         }
         let ground: Vec<f64> = order.iter().map(|&i| ground[i]).collect();
         let mut trees: Vec<Tree> = Vec::with_capacity(roots.len());
@@ -152,13 +151,13 @@ impl Forest {
         }
         let mut forest = Forest {
             order,
-            edges: links,
+            edges: tree_edges,
             ground,
             trees,
             loops: Vec::new(),
-            rigid_shape: turning,
+            rigid_shape,
         };
-        for (edge, _) in edges.iter().zip(in_tree).filter(|(_, kept)| !**kept) {
+        for (edge, _) in edges.iter().zip(in_tree).filter(|(_, is_edge)| !**is_edge) {
             let closing = forest.closing_spring(edge.ends.map(|(i, a)| (position[i], a)), edge.k);
             if closing.slip != 0.0 {
                 let tree = forest.trees.partition_point(|t| t.end <= closing.apex);
@@ -169,38 +168,39 @@ impl Forest {
         forest
     }
 
-    /// The loop a spring closes: up from both ends to where they meet, `x_child = (δ − a x_parent) / c` all the way.
+    /// Follows the tree from both ends of a spring to their common ancestor, the apex, by `x_child = (δ − a x_parent) / c`.
     fn closing_spring(&self, ends: [(usize, f64); 2], k: f64) -> ClosingSpring {
-        let mut at = ends;
-        let mut along = Vec::new();
-        while at[0].0 != at[1].0 {
-            let lower = if at[0].0 > at[1].0 { 0 } else { 1 }; // parents come first: the later one is not the apex
-            let (node, factor) = at[lower];
-            let Some(link) = self.edges[node] else { break };
-            along.push((node, factor / link.c));
-            at[lower] = (link.parent, -factor * link.a / link.c);
+        let mut ancestors = ends;
+        let mut path = Vec::new();
+        while ancestors[0].0 != ancestors[1].0 {
+            let lower = usize::from(ancestors[0].0 <= ancestors[1].0); // parents precede children: the later one is not the apex
+            let (node, factor) = ancestors[lower];
+            let Some(edge) = self.edges[node] else { break };
+            path.push((node, factor / edge.c));
+            ancestors[lower] = (edge.parent, -factor * edge.a / edge.c);
         }
-        let slip = at[0].1 + at[1].1;
-        let slip = if slip.abs() <= SAME_RATIO * (at[0].1.abs() + at[1].1.abs()) {
+        let [(apex, first), (_, second)] = ancestors;
+        let (sum, size) = (first + second, first.abs() + second.abs());
+        let slip = if sum.abs() <= SAME_RATIO * size {
             0.0
         } else {
-            slip
+            sum
         };
         ClosingSpring {
             k,
-            along,
+            path,
             slip,
-            apex: at[0].0,
+            apex,
             ends,
         }
     }
 
-    /// The number of degrees of freedom.
+    /// Number of degrees of freedom.
     pub fn len(&self) -> usize {
         self.order.len()
     }
 
-    /// Whether there is no degree of freedom at all.
+    /// True if there is no degree of freedom.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
@@ -210,17 +210,17 @@ impl Forest {
         self.loops.len()
     }
 
-    /// The motions that deform no spring: one for each tree that neither ground nor contradicting ratios hold.
+    /// Rigid-body motions, which deform no spring: one for each tree that is neither grounded nor locked.
     ///
-    /// Each is 1 at its tree's root and zero outside its tree; several are orthogonal in any diagonal mass.
+    /// Each is 1 at the root of its tree and zero outside the tree, hence they are orthogonal in any diagonal mass matrix.
     pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
         let free = self.trees.iter().filter(|t| !t.grounded && !t.locked);
         free.map(|t| {
-            let mut r = vec![0.0; self.len()];
-            for at in t.start..t.end {
-                r[self.order[at]] = self.rigid_shape[at];
+            let mut motion = vec![0.0; self.len()];
+            for pos in t.start..t.end {
+                motion[self.order[pos]] = self.rigid_shape[pos];
             }
-            r
+            motion
         })
         .collect()
     }
@@ -231,71 +231,71 @@ struct Edge {
     k: f64,
 }
 
-/// Breadth first from a root of each tree: who hangs from whom.
-struct BreadthFirstTree {
+/// Breadth-first traversal from the root of each tree, in the order of visits.
+struct Traversal {
     order: Vec<usize>,
     edges: Vec<Option<TreeEdge>>,
     roots: Vec<usize>,
-    turning: Vec<f64>,
+    rigid_shape: Vec<f64>,
 }
 
-impl BreadthFirstTree {
+impl Traversal {
     fn new(
         n: usize,
         edges: &[Edge],
-        used: &[bool],
+        is_used: &[bool],
         root: impl Fn(&[f64], &[usize]) -> usize,
-    ) -> BreadthFirstTree {
-        let neighbours = Neighbours::new(n, edges, used);
-        let mut hanging = BreadthFirstTree {
+    ) -> Traversal {
+        let neighbours = Neighbours::new(n, edges, is_used);
+        let mut traversal = Traversal {
             order: Vec::with_capacity(n),
             edges: Vec::with_capacity(n),
             roots: Vec::new(),
-            turning: Vec::with_capacity(n),
+            rigid_shape: Vec::with_capacity(n),
         };
-        let mut round = vec![0_u8; n]; // 1: its tree has been walked once, 2: it stands in the order
-        let mut by_freedom = vec![0.0; n];
+        let mut visits = vec![0_u8; n]; // 1: visited from the first root, 2: visited from the chosen root
+        let mut shape_by_dof = vec![0.0; n];
         for first in 0..n {
-            if round[first] > 0 {
+            if visits[first] > 0 {
                 continue;
             }
-            let start = hanging.order.len();
-            hanging.walk(first, 1, &neighbours, edges, &mut round);
-            for at in start..hanging.order.len() {
-                by_freedom[hanging.order[at]] = hanging.turning[at];
+            let start = traversal.order.len();
+            traversal.visit_tree(first, 1, &neighbours, edges, &mut visits);
+            for pos in start..traversal.order.len() {
+                shape_by_dof[traversal.order[pos]] = traversal.rigid_shape[pos];
             }
-            let chosen = root(&by_freedom, &hanging.order[start..]);
-            if chosen != first {
-                hanging.order.truncate(start);
-                hanging.edges.truncate(start);
-                hanging.turning.truncate(start);
-                hanging.walk(chosen, 2, &neighbours, edges, &mut round);
+            let root_dof = root(&shape_by_dof, &traversal.order[start..]);
+            if root_dof != first {
+                traversal.order.truncate(start);
+                traversal.edges.truncate(start);
+                traversal.rigid_shape.truncate(start);
+                traversal.visit_tree(root_dof, 2, &neighbours, edges, &mut visits);
             }
-            hanging.roots.push(start);
+            traversal.roots.push(start);
         }
-        hanging
+        traversal
     }
 
-    fn walk(
+    fn visit_tree(
         &mut self,
         root: usize,
-        mark: u8,
+        visit: u8,
         neighbours: &Neighbours,
         edges: &[Edge],
-        round: &mut [u8],
+        visits: &mut [u8],
     ) {
         let mut next = self.order.len();
         self.order.push(root);
         self.edges.push(None);
-        self.turning.push(1.0);
-        round[root] = mark;
+        self.rigid_shape.push(1.0);
+        visits[root] = visit;
         while next < self.order.len() {
             let node = self.order[next];
             for &e in neighbours.edges_at(node) {
                 let [p, q] = edges[e].ends;
                 let ((_, a), (child, c)) = if p.0 == node { (p, q) } else { (q, p) };
-                if round[child] < mark {
-                    round[child] = mark;
+                if visits[child] < visit {
+                    visits[child] = visit;
                     self.order.push(child);
                     self.edges.push(Some(TreeEdge {
                         parent: next,
@@ -303,72 +303,72 @@ impl BreadthFirstTree {
                         c,
                         k: edges[e].k,
                     }));
-                    self.turning.push(-(a / c) * self.turning[next]);
+                    self.rigid_shape.push(-(a / c) * self.rigid_shape[next]);
                 }
             }
             next += 1;
         }
     }
 
-    /// Which edges make the stiffest forest, measured in the angle of each tree's root.
+    /// Marks the edges of the stiffest spanning forest, stiffness referred to the root of each tree (Kruskal).
     fn stiffest_edges(&self, edges: &[Edge]) -> Vec<bool> {
         let n = self.order.len();
         if edges.len() + self.roots.len() == n {
             return vec![true; edges.len()];
         }
-        let mut turning = vec![0.0; n];
-        for (at, &i) in self.order.iter().enumerate() {
-            turning[i] = self.turning[at];
+        let mut shape_by_dof = vec![0.0; n];
+        for (pos, &i) in self.order.iter().enumerate() {
+            shape_by_dof[i] = self.rigid_shape[pos];
         }
         let stiffness = |e: &Edge| {
             e.ends
                 .iter()
-                .fold(e.k, |k, &(i, a)| k * (a * turning[i]).abs())
+                .fold(e.k, |k, &(i, a)| k * (a * shape_by_dof[i]).abs())
         };
         let mut by_stiffness: Vec<(f64, usize)> = edges.iter().map(stiffness).zip(0..).collect();
         by_stiffness.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut leader: Vec<usize> = (0..n).collect();
-        let mut kept = vec![false; edges.len()];
+        let mut leaders: Vec<usize> = (0..n).collect();
+        let mut is_edge = vec![false; edges.len()];
         for (_, e) in by_stiffness {
-            let [p, q] = edges[e].ends.map(|(i, _)| find(&mut leader, i));
-            kept[e] = p != q;
-            leader[p.max(q)] = p.min(q);
+            let [p, q] = edges[e].ends.map(|(i, _)| find_leader(&mut leaders, i));
+            is_edge[e] = p != q;
+            leaders[p.max(q)] = p.min(q);
         }
-        kept
+        is_edge
     }
 }
 
-fn find(leader: &mut [usize], mut i: usize) -> usize {
-    while leader[i] != i {
-        leader[i] = leader[leader[i]];
-        i = leader[i];
+fn find_leader(leaders: &mut [usize], mut i: usize) -> usize {
+    while leaders[i] != i {
+        leaders[i] = leaders[leaders[i]];
+        i = leaders[i];
     }
     i
 }
 
-/// The edges at each degree of freedom, as rows of one array.
+/// Edges at each degree of freedom, as rows of one array.
 struct Neighbours {
     start: Vec<usize>,
     edges: Vec<usize>,
 }
 
 impl Neighbours {
-    fn new(n: usize, edges: &[Edge], used: &[bool]) -> Neighbours {
+    fn new(n: usize, edges: &[Edge], is_used: &[bool]) -> Neighbours {
         let mut start = vec![0; n + 1];
         let ends = || {
             (0..edges.len())
-                .filter(|&e| used[e])
+                .filter(|&e| is_used[e])
                 .flat_map(|e| edges[e].ends.map(|(i, _)| (i, e)))
         };
         ends().for_each(|(i, _)| start[i + 1] += 1);
         for i in 0..n {
             start[i + 1] += start[i];
         }
-        let mut fill = start.clone();
+        let mut next = start.clone();
         let mut rows = vec![0; start[n]];
         for (i, e) in ends() {
-            rows[fill[i]] = e;
-            fill[i] += 1;
+            rows[next[i]] = e;
+            next[i] += 1;
         }
         Neighbours { start, edges: rows }
     }

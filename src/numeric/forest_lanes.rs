@@ -1,28 +1,28 @@
-//! Eight shifted eliminations `K − σM` of a spring forest without loops in one pass over its nodes.
+//! Eight shifted eliminations of `K − σM` of a spring forest in one pass over its nodes.
 //!
 //! The recurrence is that of [`super::forest_factor`]: from leaves to roots `p = d + k c²`, `d_parent += a² k d / p`,
 //! `f_parent −= a c k f / p`; from roots to leaves `x = (f − a c k x_parent) / p`, deformation `δ = (a d x_parent + c f) / p`.
-//! The shifts of a pass wait for the same divisions and read the nodes once.
+//! The shifts of a pass share the division latency and read the nodes once.
 
 use std::sync::Mutex;
 
 use super::forest::Forest;
 
-/// Shifts of one pass.
+/// Number of shifts of one pass.
 pub(super) const LANES: usize = 8;
 
 type Lanes = [f64; LANES];
 
-/// A pivot below this times its spring is put there: the same as changing the spring by so much.
+/// Smallest pivot, relative to the spring; a smaller one is replaced, which perturbs the spring by that share.
 const MIN_PIVOT: f64 = f64::EPSILON;
 
-/// Nodes whose energies are summed before they join the total: rounding grows with the square root of their number.
+/// Nodes per partial sum of the energies; blocked summation reduces the rounding error.
 const PIECE: usize = 512;
 
-/// A node and the spring to its parent.
+/// Node with the spring to its parent.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// Position of the parent; of the node itself at a root, whose spring is zero.
+    /// Index of the parent; a root is its own parent with a zero spring.
     parent: usize,
     a: f64,
     c: f64,
@@ -32,35 +32,35 @@ struct Node {
 }
 
 impl Node {
-    /// `d + k c²`, kept away from zero.
+    /// Pivot `d + k c²`, bounded away from zero.
     fn pivot(&self, d: &Lanes) -> Lanes {
-        let own = self.k * self.c * self.c;
-        let floor = MIN_PIVOT * own;
+        let kc2 = self.k * self.c * self.c;
+        let min = MIN_PIVOT * kc2;
         d.map(|d| {
-            let pivot = d + own;
-            if pivot.abs() < floor { -floor } else { pivot }
+            let pivot = d + kc2;
+            if pivot.abs() < min { -min } else { pivot }
         })
     }
 
-    /// The same of a root; zero where it is held still, in a free tree without a shift.
+    /// Pivot of a root; zero for a free tree without a shift, whose root is then fixed.
     fn root_pivot(&self, d: &Lanes, shifts: &Lanes) -> Lanes {
         std::array::from_fn(|l| {
-            let floor = MIN_PIVOT * self.ground.max(shifts[l] * self.mass);
-            if d[l].abs() < floor { -floor } else { d[l] }
+            let min = MIN_PIVOT * self.ground.max(shifts[l] * self.mass);
+            if d[l].abs() < min { -min } else { d[l] }
         })
     }
 }
 
-/// A vector with the shift that is solved for, and what the last solution gave.
+/// Iterate of inverse iteration with its shift and the results of the last solution.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Iterate {
-    /// σ, rad²/s².
+    /// Shift σ, rad²/s².
     pub shift: f64,
-    /// In elimination order.
+    /// Vector x in elimination order.
     pub x: Vec<f64>,
-    /// `√(xᵀMx)`.
+    /// Mass norm `√(xᵀMx)`.
     pub norm: f64,
-    /// `xᵀKx / xᵀMx`, a sum of squares of deformations; rad²/s².
+    /// Rayleigh quotient `xᵀKx / xᵀMx` from the squares of the deformations, rad²/s².
     pub quotient: f64,
     /// Number of eigenvalues below σ.
     pub n_below: usize,
@@ -72,7 +72,7 @@ struct Workspace {
     x: Vec<Lanes>,
 }
 
-/// Nodes of a forest in elimination order.
+/// Forest with its nodes in elimination order and reusable workspaces.
 pub(super) struct ForestLanes {
     nodes: Vec<Node>,
     idle: Mutex<Vec<Workspace>>,
@@ -80,10 +80,10 @@ pub(super) struct ForestLanes {
 
 impl ForestLanes {
     pub(super) fn new(forest: &Forest, mass: &[f64]) -> ForestLanes {
-        let node = |at: usize| {
-            let (ground, mass) = (forest.ground[at], mass[forest.order[at]]);
+        let node = |i: usize| {
+            let (ground, mass) = (forest.ground[i], mass[forest.order[i]]);
             let (parent, a, c, k) =
-                forest.edges[at].map_or((at, 0.0, 0.0, 0.0), |e| (e.parent, e.a, e.c, e.k));
+                forest.edges[i].map_or((i, 0.0, 0.0, 0.0), |e| (e.parent, e.a, e.c, e.k));
             Node {
                 parent,
                 a,
@@ -104,27 +104,27 @@ impl ForestLanes {
         self.nodes.iter().map(|node| node.mass).collect()
     }
 
-    /// Above every eigenvalue: `(a x + c y)² ≤ 2 a² x² + 2 c² y²`; zero where nothing vibrates.
+    /// Upper bound of the eigenvalues by `(a x + c y)² ≤ 2 a² x² + 2 c² y²`, rad²/s²; zero without mass or stiffness.
     pub(super) fn upper_bound(&self) -> f64 {
         let mut stiffness: Vec<f64> = self.nodes.iter().map(|node| node.ground).collect();
-        for (at, node) in self.nodes.iter().enumerate() {
-            stiffness[at] += 2.0 * node.k * node.c * node.c;
+        for (i, node) in self.nodes.iter().enumerate() {
+            stiffness[i] += 2.0 * node.k * node.c * node.c;
             stiffness[node.parent] += 2.0 * node.k * node.a * node.a;
         }
-        let heavy = stiffness.iter().zip(&self.nodes);
-        // A hair more, so that a bound that is met is no eigenvalue.
+        let rows = stiffness.iter().zip(&self.nodes);
+        // A small margin keeps an attained bound above the eigenvalue.
         1.000_001
-            * heavy
+            * rows
                 .filter(|(_, node)| node.mass > 0.0)
-                .fold(0.0_f64, |top, (k, node)| top.max(k / node.mass))
+                .fold(0.0_f64, |bound, (k, node)| bound.max(k / node.mass))
     }
 
-    /// Number of eigenvalues below up to eight shifts.
+    /// Number of eigenvalues below each of up to eight shifts.
     pub(super) fn count_below(&self, shifts: &[f64]) -> Vec<usize> {
         let lanes = std::array::from_fn(|l| shifts[l.min(shifts.len() - 1)]);
         let mut work = self.workspace();
         let negative = self.eliminate(&lanes, None, &mut work);
-        self.give_back(work);
+        self.release(work);
         negative[..shifts.len()].to_vec()
     }
 
@@ -149,7 +149,7 @@ impl ForestLanes {
                     .for_each(|(to, from)| *to = from[l]);
             }
         }
-        self.give_back(work);
+        self.release(work);
         for (l, iterate) in block.iter_mut().enumerate() {
             iterate.norm = norm2[l].sqrt();
             iterate.quotient = energy[l] / norm2[l];
@@ -157,7 +157,7 @@ impl ForestLanes {
         }
     }
 
-    /// From leaves to roots: d of every node, the forces `M x` carried along, negative pivots.
+    /// Eliminates from the leaves to the roots: d of every node and the forces `M x`; returns the number of negative pivots.
     fn eliminate(
         &self,
         shifts: &Lanes,
@@ -166,21 +166,21 @@ impl ForestLanes {
     ) -> [usize; LANES] {
         let Workspace { d, x } = work;
         let mut negative = [0_u64; LANES];
-        // Breadth first, the parent of an earlier node comes no later: what is set here is still in the cache when it is used.
-        let mut set = self.nodes.len();
-        for (at, node) in self.nodes.iter().enumerate().rev() {
-            for up in (node.parent..set).rev() {
-                let Node { ground, mass, .. } = self.nodes[up];
-                d[up] = shifts.map(|shift| ground - shift * mass);
+        // In breadth-first order parents are sorted like their nodes: values set here are still in the cache when they are used.
+        let mut n_unset = self.nodes.len();
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            for j in (node.parent..n_unset).rev() {
+                let Node { ground, mass, .. } = self.nodes[j];
+                d[j] = shifts.map(|shift| ground - shift * mass);
                 if let Some((vectors, scale)) = loads {
-                    x[up] = std::array::from_fn(|l| mass * (scale[l] * vectors[l][up]));
+                    x[j] = std::array::from_fn(|l| mass * (scale[l] * vectors[l][j]));
                 }
             }
-            set = set.min(node.parent);
-            let (own, is_root) = (d[at], node.parent == at);
+            n_unset = n_unset.min(node.parent);
+            let (d_node, is_root) = (d[i], node.parent == i);
             let pivot = match is_root {
-                true => node.root_pivot(&own, shifts),
-                false => node.pivot(&own),
+                true => node.root_pivot(&d_node, shifts),
+                false => node.pivot(&d_node),
             };
             for l in 0..LANES {
                 negative[l] += pivot[l].to_bits() >> 63;
@@ -189,23 +189,23 @@ impl ForestLanes {
                 continue;
             }
             let inverse = pivot.map(|p| 1.0 / p);
-            let (on_parent, carried) = (node.a * node.a * node.k, node.a * node.c * node.k);
+            let (d_factor, f_factor) = (node.a * node.a * node.k, node.a * node.c * node.k);
             let parent = &mut d[node.parent];
             for l in 0..LANES {
-                parent[l] += on_parent * (own[l] * inverse[l]);
+                parent[l] += d_factor * (d_node[l] * inverse[l]);
             }
             if loads.is_some() {
-                let force = x[at];
+                let force = x[i];
                 let parent = &mut x[node.parent];
                 for l in 0..LANES {
-                    parent[l] -= carried * inverse[l] * force[l];
+                    parent[l] -= f_factor * inverse[l] * force[l];
                 }
             }
         }
         negative.map(|n| n as usize)
     }
 
-    /// From roots to leaves over a part of the nodes: forces become motions; `xᵀKx` and `xᵀMx` of the part.
+    /// Substitutes from the roots to the leaves over a range of nodes; returns `xᵀKx` and `xᵀMx` of the range.
     fn substitute(
         &self,
         span: std::ops::Range<usize>,
@@ -213,28 +213,28 @@ impl ForestLanes {
         work: &mut Workspace,
     ) -> (Lanes, Lanes) {
         let (mut energy, mut norm2) = ([0.0; LANES], [0.0; LANES]);
-        for at in span {
-            let (node, d, force) = (&self.nodes[at], work.d[at], work.x[at]);
+        for i in span {
+            let (node, d, force) = (&self.nodes[i], work.d[i], work.x[i]);
             let mut x = [0.0; LANES];
-            if node.parent == at {
+            if node.parent == i {
                 let pivot = node.root_pivot(&d, shifts);
                 for l in (0..LANES).filter(|&l| pivot[l] != 0.0) {
                     x[l] = force[l] / pivot[l];
                 }
             } else {
-                let (inverse, above) = (node.pivot(&d).map(|p| 1.0 / p), work.x[node.parent]);
-                let carried = node.a * node.c * node.k;
+                let (inverse, x_parent) = (node.pivot(&d).map(|p| 1.0 / p), work.x[node.parent]);
+                let f_factor = node.a * node.c * node.k;
                 for l in 0..LANES {
-                    let stretch = (node.a * d[l] * above[l] + node.c * force[l]) * inverse[l];
-                    x[l] = (force[l] - carried * above[l]) * inverse[l];
-                    energy[l] += node.k * stretch * stretch;
+                    let delta = (node.a * d[l] * x_parent[l] + node.c * force[l]) * inverse[l];
+                    x[l] = (force[l] - f_factor * x_parent[l]) * inverse[l];
+                    energy[l] += node.k * delta * delta;
                 }
             }
             for l in 0..LANES {
                 energy[l] += node.ground * x[l] * x[l];
                 norm2[l] += node.mass * x[l] * x[l];
             }
-            work.x[at] = x;
+            work.x[i] = x;
         }
         (energy, norm2)
     }
@@ -248,7 +248,7 @@ impl ForestLanes {
         })
     }
 
-    fn give_back(&self, work: Workspace) {
+    fn release(&self, work: Workspace) {
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(work);
         }

@@ -8,9 +8,11 @@
 use super::forest::Forest;
 use super::forest_lanes::{ForestLanes, Iterate, LANES};
 use super::lanczos::RitzPairs;
-use super::parallel;
-use super::sorting::sort_rising;
-use super::vector_ops::{axpy, dot, gemv};
+use super::sorting::sort_ascending;
+use super::symmetric::{cholesky, solve_lower};
+use super::thin_qr::transposed_product;
+use super::vector_ops::{axpy, dot};
+use super::{Matrix, parallel};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -41,9 +43,6 @@ const STATIC_RANGE: f64 = 1e8;
 /// Contamination by other shapes above which a shape is orthogonalised twice.
 const LARGE_SHARE: f64 = 1e-3;
 
-/// Number of rows per block of shape products: a block fits in the cache.
-const BLOCK: usize = 512;
-
 /// Mode with its bracket, iterate and convergence state.
 struct BracketedMode {
     low: f64,
@@ -61,7 +60,7 @@ struct BracketedMode {
 /// Lowest elastic modes of a forest without loops, at most `n_modes`.
 ///
 /// # Errors
-/// `NoConvergence`.
+/// `NoConvergence`; `NotPositiveDefinite` if shapes are linearly dependent.
 pub fn lowest_modes(forest: &Forest, mass: &[f64], n_modes: usize) -> Result<RitzPairs, Error> {
     let lanes = ForestLanes::new(forest, mass);
     let masses = lanes.masses();
@@ -94,14 +93,14 @@ pub fn lowest_modes(forest: &Forest, mass: &[f64], n_modes: usize) -> Result<Rit
             mode.update(n_rigid + j, gaps[j]);
         }
     }
-    separate_repeated(&mut modes, &masses);
-    solves += solve_statically(&lanes, forest, &masses, &mut modes);
+    separate_repeated(&mut modes, &masses)?;
+    solves += solve_statically(&lanes, forest, &masses, &mut modes)?;
     let verified = |mode: &BracketedMode| {
         let rounding = ROUNDING * mode.value;
         mode.low - rounding <= mode.value && mode.value <= mode.high + rounding
     };
     let sturm_verified = modes.iter().all(verified);
-    sort_rising(&mut modes, |mode| mode.value);
+    sort_ascending(&mut modes, |mode| mode.value);
     let dof_shape = |mode: &BracketedMode| {
         let mut shape = vec![0.0; masses.len()];
         (forest.order.iter().zip(&mode.iterate.x)).for_each(|(&i, x)| shape[i] = *x);
@@ -250,11 +249,11 @@ fn random_vector(masses: &[f64], seed: u64) -> Vec<f64> {
 }
 
 /// Orthonormalises the shapes of each repeated eigenvalue.
-fn separate_repeated(modes: &mut [BracketedMode], masses: &[f64]) {
+fn separate_repeated(modes: &mut [BracketedMode], masses: &[f64]) -> Result<(), Error> {
     let same = |m: &BracketedMode, next: &BracketedMode| m.is_narrow && m.high == next.high;
     (modes.chunk_by_mut(same))
         .filter(|group| group.len() > 1)
-        .for_each(|group| drop(orthonormalise(group, masses)));
+        .try_for_each(|group| orthonormalise(group, masses).map(drop))
 }
 
 /// Final solution with K, free of cancellation: eigenvalues and orthogonality of shapes to rounding.
@@ -265,7 +264,7 @@ fn solve_statically(
     forest: &Forest,
     masses: &[f64],
     modes: &mut [BracketedMode],
-) -> usize {
+) -> Result<usize, Error> {
     let lowest = modes.iter().map(|m| m.value).fold(f64::INFINITY, f64::min);
     let is_low = |mode: &BracketedMode| mode.value <= STATIC_RANGE * lowest;
     let mut iterates: Vec<&mut Iterate> = (modes.iter_mut().filter(|m| is_low(m)))
@@ -290,59 +289,41 @@ fn solve_statically(
     let energies: Vec<f64> = (modes.iter().map(|m| &m.iterate))
         .map(|i| i.quotient * i.norm * i.norm)
         .collect();
-    let r = orthonormalise(modes, masses);
+    let l = orthonormalise(modes, masses)?;
     for j in 0..modes.len() {
-        let lower = r[j][..j].iter().zip(&modes[..j]);
-        let lower_energy: f64 = lower.map(|(c, mode)| c * c * mode.value).sum();
-        modes[j].value = (energies[j] - lower_energy) / r[j][j].powi(2);
+        let lower = modes[..j].iter().enumerate();
+        let lower_energy: f64 = lower.map(|(i, mode)| l[(j, i)].powi(2) * mode.value).sum();
+        modes[j].value = (energies[j] - lower_energy) / l[(j, j)].powi(2);
     }
-    solves
+    Ok(solves)
 }
 
-/// Gram–Schmidt M-orthonormalisation of the shapes. Returns R of `X = Q Rᵀ`, row by row.
-fn orthonormalise(modes: &mut [BracketedMode], masses: &[f64]) -> Vec<Vec<f64>> {
-    let r = orthonormalise_once(modes, masses);
-    let is_large =
-        |(j, row): (usize, &Vec<f64>)| row[..j].iter().any(|p| p.abs() > LARGE_SHARE * row[j]);
-    if r.iter().enumerate().any(is_large) {
-        orthonormalise_once(modes, masses);
+/// M-orthonormalisation of the shapes, each against the lower ones. Returns L of `XᵀMX = L Lᵀ`.
+///
+/// # Errors
+/// Linearly dependent shapes.
+fn orthonormalise(modes: &mut [BracketedMode], masses: &[f64]) -> Result<Matrix, Error> {
+    let l = orthonormalise_once(modes, masses)?;
+    let is_large = |j: usize| (0..j).any(|i| l[(j, i)].abs() > LARGE_SHARE * l[(j, j)]);
+    if (0..modes.len()).any(is_large) {
+        orthonormalise_once(modes, masses)?;
     }
-    r
+    Ok(l)
 }
 
-/// Single pass of M-orthonormalisation: `XᵀMX = R Rᵀ`, `Q = X R⁻ᵀ` (Cholesky).
-fn orthonormalise_once(modes: &mut [BracketedMode], masses: &[f64]) -> Vec<Vec<f64>> {
-    let n = modes.len();
-    let mut r = vec![vec![0.0; n]; n];
-    for (block, masses) in masses.chunks(BLOCK).enumerate() {
-        let span = block * BLOCK..block * BLOCK + masses.len();
-        for j in 0..n {
-            let x = &modes[j].iterate.x[span.clone()];
-            let weighted: Vec<f64> = x.iter().zip(masses).map(|(x, m)| x * m).collect();
-            for i in 0..=j {
-                r[j][i] += dot(&weighted, &modes[i].iterate.x[span.clone()]);
-            }
-        }
+/// Single pass of M-orthonormalisation: `Qᵀ = L⁻¹ Xᵀ` (Cholesky).
+fn orthonormalise_once(modes: &mut [BracketedMode], masses: &[f64]) -> Result<Matrix, Error> {
+    let roots: Vec<f64> = masses.iter().map(|mass| mass.sqrt()).collect();
+    let x = |i: usize, j: usize| modes[j].iterate.x[i];
+    let weighted = Matrix::from_fn(masses.len(), modes.len(), |i, j| roots[i] * x(i, j));
+    let l = cholesky(&transposed_product(&weighted, &weighted))?;
+    let q = solve_lower(
+        &l,
+        &Matrix::from_fn(modes.len(), masses.len(), |j, i| x(i, j)),
+    );
+    for (j, mode) in modes.iter_mut().enumerate() {
+        (mode.iterate.x.iter_mut().enumerate()).for_each(|(i, x)| *x = q[(j, i)]);
+        mode.iterate.norm = 1.0;
     }
-    for j in 0..n {
-        for i in 0..=j {
-            let remainder = r[j][i] - dot(&r[j][..i], &r[i][..i]);
-            r[j][i] = match i == j {
-                true => remainder.max(f64::EPSILON * f64::EPSILON * r[j][j]).sqrt(),
-                false => remainder / r[i][i],
-            };
-        }
-    }
-    for start in (0..masses.len()).step_by(BLOCK) {
-        let span = start..masses.len().min(start + BLOCK);
-        for j in 0..n {
-            let (lower, remainder) = modes.split_at_mut(j);
-            let x = &mut remainder[0].iterate.x[span.clone()];
-            let factors: Vec<f64> = r[j][..j].iter().map(|factor| -factor).collect();
-            gemv(x, &factors, |i| &lower[i].iterate.x[span.clone()]);
-            x.iter_mut().for_each(|x| *x /= r[j][j]);
-        }
-    }
-    modes.iter_mut().for_each(|mode| mode.iterate.norm = 1.0);
-    r
+    Ok(l)
 }

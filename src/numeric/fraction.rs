@@ -7,84 +7,84 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
-/// A fraction in lowest terms. It has no largest value, so nothing overflows.
+/// Fraction in lowest terms with integers of arbitrary size, which cannot overflow.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fraction(pub(super) BigRational);
 
 impl Fraction {
-    /// 0.
+    /// Fraction 0.
     pub fn zero() -> Fraction {
         Fraction(BigRational::zero())
     }
 
-    /// 1.
+    /// Fraction 1.
     pub fn one() -> Fraction {
         Fraction(BigRational::one())
     }
 
-    /// `top / bottom`; zero where the bottom is zero.
-    pub fn new(top: i64, bottom: i64) -> Fraction {
-        match bottom {
+    /// Fraction `numerator / denominator`; zero for a zero denominator.
+    pub fn new(numerator: i64, denominator: i64) -> Fraction {
+        match denominator {
             0 => Fraction::zero(),
-            _ => Fraction(BigRational::new(top.into(), bottom.into())),
+            _ => Fraction(BigRational::new(numerator.into(), denominator.into())),
         }
     }
 
-    /// The fraction a double is; zero where it is not finite.
+    /// Exact fraction of a double; zero if it is not finite.
     pub fn from_f64(value: f64) -> Fraction {
         Fraction(BigRational::from_float(value).unwrap_or_else(BigRational::zero))
     }
 
-    /// It is zero.
+    /// True for zero.
     pub fn is_zero(&self) -> bool {
         self.0.is_zero()
     }
 
-    /// It is below zero.
+    /// True below zero.
     pub fn is_negative(&self) -> bool {
         self.0.is_negative()
     }
 
-    /// It is a whole number.
+    /// True for an integer.
     pub fn is_integer(&self) -> bool {
         self.0.is_integer()
     }
 
-    /// Without its sign.
+    /// Absolute value.
     pub fn abs(&self) -> Fraction {
         Fraction(self.0.abs())
     }
 
-    /// So many times this.
+    /// Product with an integer.
     pub fn times(&self, count: u32) -> Fraction {
         Fraction(&self.0 * BigInt::from(count))
     }
 
-    /// Fractional part above the next whole number below: in [0, 1).
+    /// Fractional part, the difference to the floor, in [0, 1).
     pub fn fract(&self) -> Fraction {
         Fraction(&self.0 - self.0.floor())
     }
 
-    /// The nearest double.
+    /// Nearest double.
     pub fn to_f64(&self) -> f64 {
         self.0.to_f64().unwrap_or(f64::NAN)
     }
 
-    /// Numerator and denominator, the latter positive; `None` where one is beyond ±2⁶³.
+    /// Numerator and positive denominator; `None` if one is beyond ±2⁶³.
     pub fn parts(&self) -> Option<(i64, i64)> {
         Some((self.0.numer().to_i64()?, self.0.denom().to_i64()?))
     }
 
-    /// The least number above zero of which all of `all` that are not zero are whole multiples.
+    /// Greatest common divisor: the largest number of which every nonzero fraction is an integer multiple; `None` without one.
     pub fn greatest_common_divisor<'a>(
-        all: impl Iterator<Item = &'a Fraction>,
+        list: impl Iterator<Item = &'a Fraction>,
     ) -> Option<Fraction> {
-        all.filter(|f| !f.is_zero())
+        list.filter(|f| !f.is_zero())
             .map(|f| f.0.abs())
             .reduce(|a, b| {
                 // gcd(p/q, r/s) = gcd(p s, r q) / (q s)
-                let top = gcd(a.numer() * b.denom(), b.numer() * a.denom());
-                BigRational::new(top, a.denom() * b.denom())
+                let numerator = gcd(a.numer() * b.denom(), b.numer() * a.denom());
+                BigRational::new(numerator, a.denom() * b.denom())
             })
             .map(Fraction)
     }
@@ -124,7 +124,7 @@ impl Mul for &Fraction {
     }
 }
 
-/// Zero where the divisor is zero.
+/// Quotient; zero for a zero divisor.
 impl Div for &Fraction {
     type Output = Fraction;
     fn div(self, other: &Fraction) -> Fraction {
@@ -139,18 +139,18 @@ impl Div for &Fraction {
 mod tests {
     use super::*;
 
-    /// 3/4 and 5/6 are whole multiples of 1/12, and of nothing larger.
+    /// The greatest common divisor of 3/4 and 5/6 is 1/12.
     #[test]
     fn exact_common_measure() {
-        let all = [Fraction::new(3, 4), Fraction::new(-5, 6), Fraction::zero()];
+        let values = [Fraction::new(3, 4), Fraction::new(-5, 6), Fraction::zero()];
         assert_eq!(
-            Fraction::greatest_common_divisor(all.iter()),
+            Fraction::greatest_common_divisor(values.iter()),
             Some(Fraction::new(1, 12))
         );
         assert_eq!(Fraction::greatest_common_divisor([].iter()), None);
     }
 
-    /// A chain of primes whose common period has 40 digits keeps each of them.
+    /// Products of ratios of primes with more than 60 digits are exact.
     #[test]
     fn survives_long_periods() {
         let primes = [
@@ -159,12 +159,12 @@ mod tests {
         let ratio = primes
             .iter()
             .fold(Fraction::one(), |r, &p| &r * &Fraction::new(p - 1, p));
-        let back = primes
+        let product = primes
             .iter()
             .fold(ratio.clone(), |r, &p| &r * &Fraction::new(p, p - 1));
-        assert_eq!(back, Fraction::one());
+        assert_eq!(product, Fraction::one());
         assert!(ratio.to_string().len() > 60, "{ratio}");
-        let measure = Fraction::greatest_common_divisor([Fraction::one(), ratio].iter()).unwrap();
-        assert!(measure.to_f64() < 1e-30 && measure.to_f64() > 0.0);
+        let divisor = Fraction::greatest_common_divisor([Fraction::one(), ratio].iter()).unwrap();
+        assert!(divisor.to_f64() < 1e-30 && divisor.to_f64() > 0.0);
     }
 }

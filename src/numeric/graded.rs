@@ -12,7 +12,7 @@ use crate::base::error::Error;
 use super::jacobi::orthogonalise;
 use super::pivoted_qr::{back_substitute, dot, norm, pivoted_qr, subtract};
 use super::rank_revealing::{RankRevealingLdu, null_vectors, rank_revealing_ldu, solve_upper};
-use super::sorting::sort_rising;
+use super::sorting::sort_ascending;
 use super::{Matrix, check_finite};
 
 /// Singular value decomposition of a graded matrix: singular values and right singular vectors.
@@ -44,7 +44,7 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let mut rotated = rows_of_product(&revealed, n);
     let (lengths, sweeps) = orthogonalise(&mut rotated)?;
     let mut by_value: Vec<usize> = (0..rotated.len()).filter(|&i| lengths[i] > 0.0).collect();
-    sort_rising(&mut by_value, |&i| lengths[i]);
+    sort_ascending(&mut by_value, |&i| lengths[i]);
     let live: Vec<Vec<f64>> = by_value
         .iter()
         .map(|&i| rotated[i].iter().map(|x| x / lengths[i]).collect())

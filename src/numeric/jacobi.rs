@@ -40,7 +40,7 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
         }
     }
     let message = format!(
-        "Jacobi rotations of {} columns left a cosine of {worst:.1e} after {MAX_SWEEPS} sweeps",
+        "Jacobi rotations of {} columns did not converge: cosine {worst:.1e} after {MAX_SWEEPS} sweeps",
         columns.len()
     );
     Err(Error::new(Code::NoConvergence, message))

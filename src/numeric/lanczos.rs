@@ -5,7 +5,7 @@
 //! completeness or, without a count, a run yields no new mode.
 
 use super::shift_invert::ShiftInvert;
-use super::sorting::{falling_order, sort_rising};
+use super::sorting::{falling_order, sort_ascending};
 use super::sparse::SparseSymmetric;
 use super::symmetric::symmetric_eigen;
 use super::vector_ops::{axpy, dot, gemv, linear_combinations, normalised};
@@ -115,7 +115,7 @@ pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
     Err(Error::new(
         Code::NoConvergence,
         format!(
-            "Lanczos ended after {max_runs} runs and {} solves with {n_converged} modes of {n_modes} wanted",
+            "Lanczos ended after {max_runs} runs and {} solves with {n_converged} of {n_modes} modes converged",
             state.solves
         ),
     ))
@@ -206,7 +206,7 @@ impl LanczosState<'_> {
         if !norm.is_finite() {
             return Err(Error::new(
                 Code::Overflow,
-                "the vectors of the Lanczos process leave the range of double precision",
+                "the Lanczos vectors exceed the range of double precision",
             ));
         }
         if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
@@ -239,7 +239,7 @@ impl LanczosState<'_> {
             if !size.is_finite() {
                 return Err(Error::new(
                     Code::Overflow,
-                    "the shift is an eigenvalue to the last digit; move it",
+                    "the shift is an eigenvalue to rounding; move it",
                 ));
             }
             let invariant = beta[j] <= 1e2 * f64::EPSILON * size;
@@ -410,9 +410,9 @@ impl LanczosState<'_> {
     fn finish(self, runs: usize, counted: bool) -> RitzPairs {
         let shift = self.search.inverse.shift();
         let mut modes = self.modes;
-        sort_rising(&mut modes, |a| (a.value - shift).abs());
+        sort_ascending(&mut modes, |a| (a.value - shift).abs());
         modes.truncate(self.n_modes);
-        sort_rising(&mut modes, |a| a.value);
+        sort_ascending(&mut modes, |a| a.value);
         let values = modes.iter().map(|m| m.value).collect();
         let residuals = modes.iter().map(|m| m.residual).collect();
         let vectors = modes.into_iter().map(|m| m.vector).collect();

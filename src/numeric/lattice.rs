@@ -1,11 +1,11 @@
-//! Rank-1 lattice points for quasi-Monte-Carlo integration, with random shifts.
+//! Rank-1 lattice points for quasi-Monte-Carlo integration with random shifts.
 //!
-//! The shifts come from a fixed seed: the same call gives the same points on every machine.
+//! The shifts use a fixed seed, so that the points are reproducible on every computer.
 
-/// Sizes with a primitive root each, so that up to N − 1 dimensions differ.
+/// Lattice sizes N with a primitive root each, so that the generators of up to N − 1 dimensions differ.
 const SIZES: [(u64, u64); 4] = [(61, 2), (251, 6), (1021, 10), (8191, 17)];
 
-/// A lattice with its shifts.
+/// Rank-1 lattice with its random shifts.
 #[derive(Debug, Clone)]
 pub struct RankOneLattice {
     size: u64,
@@ -14,11 +14,11 @@ pub struct RankOneLattice {
 }
 
 impl RankOneLattice {
-    /// At least `points` points a shift (as far as 8191) in `dimensions` dimensions, shifted `shifts` times.
+    /// Lattice of at least `points` points per shift (at most 8191) in `dimensions` dimensions with `shifts` shifts.
     pub fn new(dimensions: usize, points: usize, shifts: usize) -> RankOneLattice {
-        let wanted = (points as u64).max(dimensions as u64 + 1);
+        let min_size = (points as u64).max(dimensions as u64 + 1);
         let (size, root) = (SIZES.into_iter())
-            .find(|(n, _)| *n >= wanted)
+            .find(|(n, _)| *n >= min_size)
             .unwrap_or(SIZES[3]);
         let mut generator = Vec::with_capacity(dimensions);
         let mut z = 1;
@@ -37,7 +37,7 @@ impl RankOneLattice {
         }
     }
 
-    /// Points of one shift.
+    /// Number of points per shift.
     pub fn points(&self) -> usize {
         self.size as usize
     }
@@ -47,21 +47,21 @@ impl RankOneLattice {
         self.shifts.len()
     }
 
-    /// Point i of a shift, each coordinate in [0, 1).
+    /// Coordinates of the point i of a shift, each in [0, 1).
     pub fn point(&self, shift: usize, i: usize) -> Vec<f64> {
-        let at = |(z, delta): (&u64, &f64)| {
-            let part = (i as u64 * z % self.size) as f64 / self.size as f64;
-            (part + delta).fract()
+        let coordinate = |(z, delta): (&u64, &f64)| {
+            let x = (i as u64 * z % self.size) as f64 / self.size as f64;
+            (x + delta).fract()
         };
         self.generator
             .iter()
             .zip(&self.shifts[shift])
-            .map(at)
+            .map(coordinate)
             .collect()
     }
 }
 
-/// Uniform in [0, 1): Vigna's splitmix64.
+/// Uniform random number in [0, 1) by Vigna's splitmix64.
 fn unit(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -74,7 +74,7 @@ fn unit(state: &mut u64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Every coordinate takes every multiple of 1/N once, so that waves up to N − 1 cycles average to nothing; all dimensions differ.
+    /// Every coordinate takes every multiple of 1/N once, so that the mean of a wave of one cycle is zero; all dimensions differ.
     #[test]
     fn exact_means_of_waves() {
         for (n, _) in SIZES.into_iter().take(3) {

@@ -9,10 +9,10 @@ use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// A pivot below this share of a unit column: it lies in the span of those before it, and its unknown means nothing.
+/// Pivot of a unit column below which it depends linearly on the earlier columns.
 const DEPENDENT: f64 = 1e-15;
 
-/// Columns X with `‖A X − B‖` least; A has at least as many rows as columns.
+/// Least-squares solution X that minimises `‖A X − B‖`; A has at least as many rows as columns.
 ///
 /// # Errors
 /// `Overflow` where an entry is not finite; `IllPosed` where columns of A depend on each other or are too many.
@@ -36,7 +36,7 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     let qr = scaled.qr();
     registers::zero_upper();
     let r = qr.thin_R();
-    // A column of zeros has become NaN here, and is caught as well.
+    // A zero column is NaN after scaling and is detected as well.
     if let Some(j) = (0..n)
         .find(|&j| r[(j, j)].abs().partial_cmp(&DEPENDENT) != Some(std::cmp::Ordering::Greater))
     {
@@ -61,7 +61,7 @@ pub fn orthonormal_basis(a: &Matrix) -> Matrix {
     q
 }
 
-/// R of `A = Q R`: with `‖R x‖ = ‖A x‖` for every x, in no more rows than columns.
+/// Triangular factor R of `A = Q R`: `‖R x‖ = ‖A x‖` for every x; A itself if it has no more rows than columns.
 pub fn qr_r(a: &Matrix) -> Matrix {
     if a.nrows() <= a.ncols() {
         return a.clone();
@@ -71,30 +71,30 @@ pub fn qr_r(a: &Matrix) -> Matrix {
     r
 }
 
-/// `A − Q Qᵀ A`: what the orthonormal columns of Q do not reach.
+/// Component of A orthogonal to the orthonormal columns of Q, `A − Q Qᵀ A`.
 pub fn project_out(q: &Matrix, a: &Matrix) -> Matrix {
-    let along = q.transpose() * a;
-    let rest = a - q * along;
+    let coefficients = q.transpose() * a;
+    let residual = a - q * coefficients;
     registers::zero_upper();
-    rest
+    residual
 }
 
-/// The unit x with `‖A x‖` least, and that least.
+/// Right singular vector x of the smallest singular value, `‖x‖ = 1`, and the value `‖A x‖`.
 ///
 /// # Errors
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn smallest_singular(a: &Matrix) -> Result<(Vec<f64>, f64), Error> {
     let n = a.ncols();
-    let mut square = Matrix::zeros(a.nrows().max(n), n); // full rows, so that every right vector is there
-    (0..n).for_each(|j| square.col_as_slice_mut(j)[..a.nrows()].copy_from_slice(a.col_as_slice(j)));
-    let (values, vectors) = right_svd(&square)?;
+    let mut padded = Matrix::zeros(a.nrows().max(n), n); // at least n rows: the thin SVD then has all right vectors
+    (0..n).for_each(|j| padded.col_as_slice_mut(j)[..a.nrows()].copy_from_slice(a.col_as_slice(j)));
+    let (values, vectors) = right_svd(&padded)?;
     Ok((
         vectors.col_as_slice(n - 1).to_vec(),
         values.last().copied().unwrap_or(0.0),
     ))
 }
 
-/// `A = L R` with as few columns of L as its rank, counting singular values above `negligible` times the largest.
+/// Rank factorisation `A = L R`; the rank counts the singular values above `negligible` times the largest.
 ///
 /// # Errors
 /// `NoConvergence`.
@@ -105,21 +105,21 @@ pub fn rank_factorisation(
     let (rows, columns) = (a.nrows(), a.ncols());
     if columns == 1 {
         let rank = usize::from(a.norm_max() > 0.0);
-        let one = ComplexMatrix::from_fn(rank, 1, |_, _| Complex::ONE);
-        return Ok((ComplexMatrix::from_fn(rows, rank, |i, j| a[(i, j)]), one));
+        let unit = ComplexMatrix::from_fn(rank, 1, |_, _| Complex::ONE);
+        return Ok((ComplexMatrix::from_fn(rows, rank, |i, j| a[(i, j)]), unit));
     }
-    let found = a.thin_svd();
+    let svd = a.thin_svd();
     registers::zero_upper();
-    let found = found.map_err(|_| {
+    let svd = svd.map_err(|_| {
         let message =
-            format!("the singular values of a complex {rows}×{columns} matrix did not settle");
+            format!("the singular values of a complex {rows}×{columns} matrix did not converge");
         Error::new(Code::NoConvergence, message)
     })?;
-    let values = found.S().column_vector();
-    let floor = negligible * values.iter().map(|x| x.norm()).fold(0.0, f64::max);
-    let rank = values.iter().filter(|x| x.norm() > floor).count();
-    let left = ComplexMatrix::from_fn(rows, rank, |i, j| found.U()[(i, j)] * values[j]);
-    let right = ComplexMatrix::from_fn(rank, columns, |i, j| found.V()[(j, i)].conj());
+    let values = svd.S().column_vector();
+    let threshold = negligible * values.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let rank = values.iter().filter(|x| x.norm() > threshold).count();
+    let left = ComplexMatrix::from_fn(rows, rank, |i, j| svd.U()[(i, j)] * values[j]);
+    let right = ComplexMatrix::from_fn(rank, columns, |i, j| svd.V()[(j, i)].conj());
     Ok((left, right))
 }
 
@@ -127,7 +127,7 @@ pub fn rank_factorisation(
 mod tests {
     use super::*;
 
-    /// Consistent equations with columns 1e-12 to 1e12 in size give the unknowns they were made from.
+    /// Consistent equations with columns of size 1e-12 to 1e12 return the exact unknowns.
     #[test]
     fn exact_badly_scaled_columns() {
         let mut rng = fastrand::Rng::with_seed(5);
@@ -137,17 +137,17 @@ mod tests {
         let x = Matrix::from_fn(4, 2, |i, j| {
             10f64.powi(12 - 8 * i as i32) * (1 + i + j) as f64
         });
-        let found = solve(&a, &(&a * &x)).unwrap();
+        let solution = solve(&a, &(&a * &x)).unwrap();
         for (i, j) in (0..4).flat_map(|i| (0..2).map(move |j| (i, j))) {
-            assert!((found[(i, j)] / x[(i, j)] - 1.0).abs() < 1e-13);
+            assert!((solution[(i, j)] / x[(i, j)] - 1.0).abs() < 1e-13);
         }
     }
 
     #[test]
     fn refuses_dependent_columns() {
-        let twice = Matrix::from_fn(5, 2, |i, j| (i * (j + 1)) as f64);
+        let dependent = Matrix::from_fn(5, 2, |i, j| (i * (j + 1)) as f64);
         assert_eq!(
-            solve(&twice, &Matrix::zeros(5, 1)).unwrap_err().code,
+            solve(&dependent, &Matrix::zeros(5, 1)).unwrap_err().code,
             Code::IllPosed
         );
         assert_eq!(
@@ -164,7 +164,7 @@ mod tests {
         );
     }
 
-    /// A complex matrix of rank two comes back from two columns.
+    /// A complex matrix of rank two is the product of factors with two columns and two rows.
     #[test]
     fn law_factors() {
         let mut rng = fastrand::Rng::with_seed(6);
@@ -179,7 +179,7 @@ mod tests {
         assert!((left * right - a).norm_max() < 1e-15);
     }
 
-    /// `[1 −1]` annihilates what is equal in both columns; `Q Qᵀ` is reached, what is next to it is kept by its triangle.
+    /// `[1 −1]` is the null vector of two equal columns; a projected matrix is orthogonal to Q, and its R has the same norm.
     #[test]
     fn exact_smallest_and_triangle() {
         let a = Matrix::from_fn(6, 2, |i, _| i as f64);
@@ -194,9 +194,9 @@ mod tests {
             Matrix::from_fn(20, 2, |i, j| (i * i + j) as f64),
         );
         let q = orthonormal_basis(&q);
-        let left = project_out(&q, &b);
-        assert!((q.transpose() * &left).norm_max() < 1e-12);
-        let r = qr_r(&left);
-        assert!((r.norm_l2() / left.norm_l2() - 1.0).abs() < 1e-14);
+        let projected = project_out(&q, &b);
+        assert!((q.transpose() * &projected).norm_max() < 1e-12);
+        let r = qr_r(&projected);
+        assert!((r.norm_l2() / projected.norm_l2() - 1.0).abs() < 1e-14);
     }
 }

@@ -33,7 +33,7 @@ pub fn lstsq(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     let svd = Svd::new_thin(qr.thin_R()).map_err(|_| {
         Error::new(
             Code::NoConvergence,
-            format!("the singular values of a {n}×{n} factor did not settle"),
+            format!("the singular values of a {n}×{n} factor did not converge"),
         )
     })?;
     let sizes = svd.S().column_vector();

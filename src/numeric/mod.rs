@@ -84,8 +84,6 @@ pub mod quadratic;
 
 pub mod thin_qr;
 
-pub mod energy_modes;
-
 pub mod factorisations;
 
 pub mod sparse;
@@ -103,6 +101,8 @@ pub mod lanczos;
 mod forest_lanes;
 
 pub mod forest_modes;
+
+pub mod energy_modes;
 
 /// The entries of a matrix, row by row.
 pub fn to_rows(a: &Matrix) -> Vec<Vec<f64>> {

@@ -84,7 +84,7 @@ impl QuadraticEigenproblem {
             let next = self.rayleigh(&left, &right, value);
             let change = (next - value).norm() / value.norm();
             if !change.is_finite() {
-                let message = format!("polishing λ = {value} 1/s left the range of doubles");
+                let message = format!("polishing λ = {value} 1/s overflowed");
                 return Err(Error::new(Code::Overflow, message));
             }
             // Rounding may limit the change of λ to a few ε; a change that no longer decreases has converged.
@@ -95,8 +95,7 @@ impl QuadraticEigenproblem {
             };
             value = next;
         }
-        let message =
-            format!("polishing a root near {value} 1/s still moves it by {last:.1e} of itself");
+        let message = format!("root near {value} 1/s did not converge: relative change {last:.1e}");
         Err(Error::new(Code::NoConvergence, message))
     }
 

@@ -1,25 +1,25 @@
 //! Stable sorts by a number: one compiled sort for lists of every type.
 
 /// Numbers of the values by rising value, those alike in their order.
-pub fn rising_order(values: impl IntoIterator<Item = f64>) -> Vec<usize> {
+pub fn ascending_order(values: impl IntoIterator<Item = f64>) -> Vec<usize> {
     order(&values.into_iter().collect::<Vec<f64>>())
 }
 
 /// Numbers of the values by falling value, those alike in their order.
 pub fn falling_order(values: impl IntoIterator<Item = f64>) -> Vec<usize> {
     // The total order of numbers is symmetric about zero.
-    rising_order(values.into_iter().map(|x| -x))
+    ascending_order(values.into_iter().map(|x| -x))
 }
 
 /// Sorts by rising `key`.
-pub fn sort_rising<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
-    let order = rising_order(list.iter().map(key));
+pub fn sort_ascending<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
+    let order = ascending_order(list.iter().map(key));
     permute(list, order);
 }
 
 /// Sorts by falling `key`.
-pub fn sort_falling<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
-    sort_rising(list, |x| -key(x));
+pub fn sort_descending<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
+    sort_ascending(list, |x| -key(x));
 }
 
 fn order(values: &[f64]) -> Vec<usize> {
@@ -57,8 +57,8 @@ mod tests {
                 .map(|k| (f64::from(rng.i32(-5..5)), k))
                 .collect();
             let (mut rising, mut falling) = (list.clone(), list.clone());
-            sort_rising(&mut rising, |x| x.0);
-            sort_falling(&mut falling, |x| x.0);
+            sort_ascending(&mut rising, |x| x.0);
+            sort_descending(&mut falling, |x| x.0);
             let mut expected = list.clone();
             expected.sort_by(|a, b| a.0.total_cmp(&b.0));
             assert_eq!(rising, expected);

@@ -1,7 +1,7 @@
 //! Symmetric and Hermitian eigenproblems `A x = λ x`, `K x = λ M x`; Cholesky `M = L Lᵀ`.
 //!
 //! Golub & Van Loan, Matrix Computations, 4th ed. (2013), §8.7.2 (Algorithm 8.7.1) for the pencil. Absolute errors are
-//! a few ε times the largest value; small frequencies of graded machines want `graded`.
+//! a few ε times the largest value; for small frequencies of graded machines use `graded`.
 
 use faer::Side;
 use faer::linalg::solvers::{LltError, Solve};
@@ -14,13 +14,13 @@ use super::{ComplexMatrix, Matrix, check_finite, registers};
 /// Eigenvalues and vectors of a symmetric matrix or a definite pencil.
 #[derive(Debug, Clone)]
 pub struct SymmetricEigen {
-    /// Ascending.
+    /// Eigenvalues λ, ascending.
     pub values: Vec<f64>,
-    /// Columns in the order of the values; orthonormal, or with `φᵀ M φ = 1` for a pencil.
+    /// Eigenvectors as columns in the order of the values; orthonormal, or with `φᵀ M φ = 1` for a pencil.
     pub vectors: Matrix,
 }
 
-/// `A x = λ x`; only the lower triangle of `a` is read.
+/// Solves `A x = λ x`; only the lower triangle of `a` is read.
 ///
 /// Errors: `Overflow` where an entry is not finite; `NoConvergence`.
 pub fn symmetric_eigen(a: &Matrix) -> Result<SymmetricEigen, Error> {
@@ -31,24 +31,24 @@ pub fn symmetric_eigen(a: &Matrix) -> Result<SymmetricEigen, Error> {
             vectors: a.clone(),
         }); // faer 0.24 subtracts one from n
     }
-    let found = a.self_adjoint_eigen(Side::Lower);
+    let eigen = a.self_adjoint_eigen(Side::Lower);
     registers::zero_upper();
-    let found = found.map_err(|_| {
+    let eigen = eigen.map_err(|_| {
         Error::new(
             Code::NoConvergence,
             format!(
-                "the eigenvalues of a symmetric {0}×{0} matrix did not settle",
+                "the eigenvalues of a symmetric {0}×{0} matrix did not converge",
                 a.nrows()
             ),
         )
     })?;
     Ok(SymmetricEigen {
-        values: found.S().column_vector().iter().copied().collect(),
-        vectors: found.U().to_owned(),
+        values: eigen.S().column_vector().iter().copied().collect(),
+        vectors: eigen.U().to_owned(),
     })
 }
 
-/// `A x = λ x` for A equal to its conjugate transpose: real values, ascending, and orthonormal columns; the lower triangle is read.
+/// Eigenvalues of a Hermitian matrix, ascending, and orthonormal eigenvectors as columns; only the lower triangle is read.
 ///
 /// Errors: `Overflow` where an entry is not finite; `NoConvergence`.
 pub fn hermitian_eigen(a: &ComplexMatrix) -> Result<(Vec<f64>, ComplexMatrix), Error> {
@@ -62,33 +62,33 @@ pub fn hermitian_eigen(a: &ComplexMatrix) -> Result<(Vec<f64>, ComplexMatrix), E
             format!("an entry of a Hermitian {n}×{n} matrix is not finite"),
         ));
     }
-    let found = a.self_adjoint_eigen(Side::Lower);
+    let eigen = a.self_adjoint_eigen(Side::Lower);
     registers::zero_upper();
-    let found = found.map_err(|_| {
+    let eigen = eigen.map_err(|_| {
         Error::new(
             Code::NoConvergence,
-            format!("the eigenvalues of a Hermitian {n}×{n} matrix did not settle"),
+            format!("the eigenvalues of a Hermitian {n}×{n} matrix did not converge"),
         )
     })?;
     Ok((
-        found
+        eigen
             .S()
             .column_vector()
             .iter()
             .map(|value| value.re)
             .collect(),
-        found.U().to_owned(),
+        eigen.U().to_owned(),
     ))
 }
 
-/// `K x = λ M x` with M positive definite: `L⁻¹ K L⁻ᵀ y = λ y`, `x = L⁻ᵀ y`. K may be indefinite.
+/// Solves `K x = λ M x` with M positive definite by `L⁻¹ K L⁻ᵀ y = λ y`, `x = L⁻ᵀ y`; K may be indefinite.
 ///
 /// Errors: as [`symmetric_eigen`] and [`cholesky`].
 pub fn generalised_symmetric_eigen(k: &Matrix, m: &Matrix) -> Result<SymmetricEigen, Error> {
     check_finite(k, "the stiffness matrix")?;
     let l = cholesky(m)?;
-    let half = solve_lower(&l, k);
-    let reduced = solve_lower(&l, &half.transpose().to_owned());
+    let l_inv_k = solve_lower(&l, k);
+    let reduced = solve_lower(&l, &l_inv_k.transpose().to_owned());
     let SymmetricEigen { values, vectors } = symmetric_eigen(&reduced)?;
     Ok(SymmetricEigen {
         values,
@@ -96,7 +96,7 @@ pub fn generalised_symmetric_eigen(k: &Matrix, m: &Matrix) -> Result<SymmetricEi
     })
 }
 
-/// Lower L with `M = L Lᵀ`; only the lower triangle of `m` is read.
+/// Cholesky factor L, lower triangular, of `M = L Lᵀ`; only the lower triangle of `m` is read.
 ///
 /// Errors: `NotPositiveDefinite` with the row whose pivot is not positive; `Overflow` where an entry is not finite.
 pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
@@ -107,7 +107,7 @@ pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
         Ok(factor) => Ok(factor.L().to_owned()),
         Err(LltError::NonPositivePivot { index }) => {
             let message = format!(
-                "row {index} of a {0}×{0} matrix leaves no positive pivot",
+                "row {index} of a {0}×{0} matrix has no positive pivot",
                 m.nrows()
             );
             Err(Error::new(Code::NotPositiveDefinite, message))
@@ -115,14 +115,14 @@ pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
     }
 }
 
-/// `A B`.
+/// Matrix product `A B`.
 pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let c = a * b;
     registers::zero_upper();
     c
 }
 
-/// `L⁻¹ B`.
+/// Solution `L⁻¹ B` for a lower triangular L.
 pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
     let mut x = b.clone();
     l.solve_lower_triangular_in_place(&mut x);
@@ -130,7 +130,7 @@ pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
     x
 }
 
-/// `L⁻ᵀ B`.
+/// Solution `L⁻ᵀ B` for a lower triangular L.
 pub fn solve_lower_transposed(l: &Matrix, b: &Matrix) -> Matrix {
     let mut x = b.clone();
     l.transpose().solve_upper_triangular_in_place(&mut x);
@@ -138,7 +138,7 @@ pub fn solve_lower_transposed(l: &Matrix, b: &Matrix) -> Matrix {
     x
 }
 
-/// `A⁻¹ B` by LU with row exchanges.
+/// Solution `A⁻¹ B` by LU with partial pivoting.
 ///
 /// Errors: `NotPositiveDefinite` where A is singular to working precision, with the pivot.
 pub fn lu_solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
@@ -150,7 +150,7 @@ pub fn lu_solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     Ok(x)
 }
 
-/// `A⁻¹ B` of complex matrices, as [`lu_solve`].
+/// Solution `A⁻¹ B` of complex matrices, as [`lu_solve`].
 pub fn lu_solve_complex(a: &ComplexMatrix, b: &ComplexMatrix) -> Result<ComplexMatrix, Error> {
     let lu = a.partial_piv_lu();
     registers::zero_upper();
@@ -172,31 +172,31 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Singular values of `a`, descending, and their right vectors as columns; small values to ε of the largest.
+/// Singular values, descending, with an absolute error of ε times the largest, and right singular vectors as columns.
 ///
 /// # Errors
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn right_svd(a: &Matrix) -> Result<(Vec<f64>, Matrix), Error> {
     check_finite(a, "a matrix")?;
-    let found = a.thin_svd();
+    let svd = a.thin_svd();
     registers::zero_upper();
-    let found = found.map_err(|_| {
+    let svd = svd.map_err(|_| {
         let (m, n) = (a.nrows(), a.ncols());
         Error::new(
             Code::NoConvergence,
-            format!("the singular values of a {m}×{n} matrix did not settle"),
+            format!("the singular values of a {m}×{n} matrix did not converge"),
         )
     })?;
-    let values = found.S().column_vector();
+    let values = svd.S().column_vector();
     Ok((
         (0..values.nrows()).map(|i| values[i]).collect(),
-        found.V().to_owned(),
+        svd.V().to_owned(),
     ))
 }
 
-/// A solution of `K x = f` for a symmetric `K` without negative eigenvalues, which may be singular; `f` must be in its range.
+/// Solution of `K x = f` for a positive semidefinite `K`, which may be singular; `f` must be in its range.
 ///
-/// Rows and columns are brought to unit diagonal first, so that springs of any size count alike.
+/// K is scaled to unit diagonal first, so that the rank decision does not depend on the size of the springs.
 ///
 /// # Errors
 /// Those of [`symmetric_eigen`].
@@ -211,18 +211,18 @@ pub fn solve_semidefinite(k: &Matrix, f: &[f64]) -> Result<Vec<f64>, Error> {
             }
         })
         .collect();
-    let unit = Matrix::from_fn(n, n, |i, j| k[(i, j)] * scale[i] * scale[j]);
-    let eigen = symmetric_eigen(&unit)?;
+    let scaled = Matrix::from_fn(n, n, |i, j| k[(i, j)] * scale[i] * scale[j]);
+    let eigen = symmetric_eigen(&scaled)?;
     let largest = eigen.values.last().copied().unwrap_or(0.0);
     let mut x = vec![0.0; n];
     for (mode, &value) in eigen.values.iter().enumerate() {
-        // Backward error of the symmetric eigenproblem, with a margin: below it a value is a zero.
+        // Below the backward error of the eigenproblem, with a margin, an eigenvalue counts as zero.
         if value > 1e2 * n as f64 * f64::EPSILON * largest {
-            let share: f64 = (0..n)
+            let coordinate: f64 = (0..n)
                 .map(|i| eigen.vectors[(i, mode)] * scale[i] * f[i])
                 .sum::<f64>()
                 / value;
-            (0..n).for_each(|i| x[i] += share * eigen.vectors[(i, mode)] * scale[i]);
+            (0..n).for_each(|i| x[i] += coordinate * eigen.vectors[(i, mode)] * scale[i]);
         }
     }
     Ok(x)
@@ -247,14 +247,14 @@ mod tests {
             matrix(&[&[1200.0, -1200.0], &[-1200.0, 1200.0]]),
             matrix(&[&[2.0, 0.0], &[0.0, 3.0]]),
         );
-        let found = generalised_symmetric_eigen(&k, &m).unwrap();
+        let eigen = generalised_symmetric_eigen(&k, &m).unwrap();
         assert!(
-            found.values[0].abs() < 1e-12 && (found.values[1] - 1000.0).abs() < 1e-12,
+            eigen.values[0].abs() < 1e-12 && (eigen.values[1] - 1000.0).abs() < 1e-12,
             "{:?}",
-            found.values
+            eigen.values
         );
         assert_close(
-            &(found.vectors.transpose() * &m * &found.vectors),
+            &(eigen.vectors.transpose() * &m * &eigen.vectors),
             &Matrix::identity(2, 2),
             1e-15,
         );
@@ -266,8 +266,8 @@ mod tests {
         let k = matrix(&[&[1.0, 2.0, 0.0], &[2.0, -3.0, 1.0], &[0.0, 1.0, 5.0]]);
         let m = matrix(&[&[4.0, 1.0, 0.0], &[1.0, 3.0, 1.0], &[0.0, 1.0, 2.0]]);
         let SymmetricEigen { values, vectors } = generalised_symmetric_eigen(&k, &m).unwrap();
-        let right = Matrix::from_fn(3, 3, |i, j| (&m * &vectors)[(i, j)] * values[j]);
-        assert_close(&(&k * &vectors), &right, 1e-13);
+        let m_phi_lambda = Matrix::from_fn(3, 3, |i, j| (&m * &vectors)[(i, j)] * values[j]);
+        assert_close(&(&k * &vectors), &m_phi_lambda, 1e-13);
         assert!(values[0] < 0.0);
     }
 
@@ -320,13 +320,13 @@ mod tests {
 
     #[test]
     fn survives_nothing_at_all() {
-        let none = Matrix::zeros(0, 0);
+        let empty = Matrix::zeros(0, 0);
         assert!(
-            generalised_symmetric_eigen(&none, &none)
+            generalised_symmetric_eigen(&empty, &empty)
                 .unwrap()
                 .values
                 .is_empty()
         );
-        assert_eq!(lu_solve(&none, &none).unwrap().nrows(), 0);
+        assert_eq!(lu_solve(&empty, &empty).unwrap().nrows(), 0);
     }
 }

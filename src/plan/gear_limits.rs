@@ -23,11 +23,11 @@ pub fn diagnostic(warning: &Warning) -> Diagnostic {
             "the tip of the {mate} reaches the fillet of the {member} by {by_um:.1} µm along the path"
         ),
         WarningKind::TrochoidInterference => {
-            "trochoid interference: tip corners of pinion and ring meet outside the path of contact"
+            "trochoid interference: tip corners of pinion and ring collide outside the path of contact"
                 .into()
         }
         WarningKind::TrimmingInterference => {
-            "the pinion cannot be put into the ring radially: tip corners meet; along the axis it can"
+            "the pinion cannot be assembled radially: tip corners collide; assemble it axially"
                 .into()
         }
         WarningKind::ContactRatio => format!(
@@ -117,7 +117,7 @@ pub fn hint(nearest: NearestValue) -> String {
         } => format!(
             "teeth = {z1} with profile_shift = {x1} (pinion) and teeth = {z2} with profile_shift = {x2} (gear) avoid every warning{}, without tip_diameter and centre_distance",
             match axial_assembly {
-                true => " but that of radial assembly",
+                true => " except that of radial assembly",
                 false => "",
             }
         ),

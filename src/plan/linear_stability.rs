@@ -32,7 +32,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Diagnostic> {
     let growing: Vec<Complex> = roots.filter(|&root| grows(root)).collect();
     let fastest = growing.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
     let what = match fastest.im == 0.0 {
-        true => "a root without oscillation".to_string(),
+        true => "a non-oscillatory root".to_string(),
         false => format!("the mode at {:.6} Hz", modulus(*fastest) / TAU),
     };
     let more = match growing.len() {
@@ -40,7 +40,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Diagnostic> {
         n => format!("; {} growing", pluralise(n - 1, "other root")),
     };
     let message = format!(
-        "unstable: {what} grows by {:.4} 1/s, twice as large every {:.4} s{more}",
+        "unstable: {what} grows by {:.4} 1/s, doubling every {:.4} s{more}",
         fastest.re,
         2f64.ln() / fastest.re
     );
@@ -109,12 +109,12 @@ fn without_speed(
         )
     });
     let message = format!(
-        "the machine is taken at rest, without gyroscopic, Coriolis and centripetal terms;{size}"
+        "the machine is analysed at rest, without gyroscopic, Coriolis and centripetal terms;{size}"
     );
     Some(Diagnostic {
         code: LEFT_OUT,
         message: message.trim_end_matches(';').to_string(),
-        hint: Some("add --speed to count them".to_string()),
+        hint: Some("add --speed to include them".to_string()),
     })
 }
 
@@ -124,13 +124,13 @@ fn without_damping(machine: &PreparedMachine) -> Option<Diagnostic> {
     };
     let lb = machine.model.branches.iter().find(drives)?;
     let message = format!(
-        "damping is not counted, and that of {} ({:.4e} SI) acts across its own motion or feeds it",
+        "damping is neglected, but that of {} ({:.4e} SI) is cross-coupled or negative",
         machine.machine.branch_name(lb.index),
         lb.damping
     );
     Some(Diagnostic {
         code: LEFT_OUT,
         message,
-        hint: Some("add --damped to count it".to_string()),
+        hint: Some("add --damped to include it".to_string()),
     })
 }

@@ -1,4 +1,4 @@
-//! Modes study: runs its plan stage by stage and records the trace.
+//! Run of a modal study: executes the stages of its plan and records their times.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use super::stages::{
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
-use crate::machine::spin::spinning;
+use crate::machine::spin::spin_speeds;
 use crate::modes::campbell::{self, CampbellDiagram, CampbellOptions};
 use crate::modes::energy::{EnergyShares, energy_shares};
 use crate::modes::excitation_orders::OrderOptions;
@@ -27,48 +27,48 @@ use crate::modes::state_space::signals::{parse_input, parse_output};
 use crate::modes::system_matrices::AnalysisContext;
 use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal_matrices, undamped};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// Result of a modal study.
 pub struct ModesResult {
-    /// The modes, by rising |λ|.
+    /// Modes by ascending |λ|.
     pub modes: Vec<Mode>,
-    /// Their energies.
+    /// Energy shares of each mode.
     pub energies: Vec<EnergyShares>,
-    /// Their sensitivities, where they are real.
+    /// Frequency sensitivities of each mode, if the modes are real.
     pub sensitivities: Option<Vec<Vec<FrequencySensitivity>>>,
-    /// Solver of all undamped modes, where they were found together.
+    /// Method and accuracy of the solution for all undamped modes; `None` if only a subset was computed.
     pub solution: Option<BasisSolution>,
-    /// Mean speeds, rad/s by degree of freedom, where a speed was requested.
+    /// Mean speeds by degree of freedom, rad/s, if a speed was requested.
     pub speeds: Option<Vec<f64>>,
-    /// Modes over speed, on request.
+    /// Campbell diagram, on request.
     pub campbell: Option<CampbellDiagram>,
-    /// State-space form, on request, and the participation of each mode in it.
+    /// State-space form and the participation of each mode in it, on request.
     pub state_space: Option<(StateSpace, Vec<ModalParticipation>)>,
     /// Reduced machine, on request.
     pub reduction: Option<ReductionResult>,
-    /// The modes are complex: shapes have phases.
+    /// True if the modes are complex: mode shapes have phases.
     pub complex: bool,
-    /// Stages that ran, with seconds.
+    /// Stages that ran, with their time, s.
     pub trace: Vec<(Stage, &'static str, f64)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A reduced machine next to the full one.
+/// Reduced machine and its comparison with the full one.
 pub struct ReductionResult {
-    /// The machine.
+    /// Reduced model.
     pub model: ReducedModel,
-    /// Undamped natural frequencies, rad/s.
+    /// Undamped natural frequencies of the reduced model, rad/s.
     pub omega: Vec<f64>,
-    /// Those of the full machine, as many.
+    /// As many undamped natural frequencies of the full machine, rad/s.
     pub full: Vec<f64>,
-    /// Error of the response between the kept degrees of freedom.
+    /// Error of the responses between the retained degrees of freedom.
     pub error: BandError,
 }
 
-/// Runs a plan of modes.
+/// Runs the stages of a modal plan.
 ///
 /// # Errors
 /// Those of the stages.
@@ -97,77 +97,77 @@ pub fn run(
     Ok(run.result)
 }
 
-/// The largest machine whose modes are all found densely: beyond, K alone would take a gigabyte.
+/// Maximum number of degrees of freedom of a dense solution for all modes; K alone then takes about a gigabyte.
 const MAX_DENSE_DOFS: usize = 10_000;
 
-/// Says at once what would take hours or more memory than there is.
+/// Refuses a study that exceeds the budget of time or memory.
 ///
 /// # Errors
-/// `BudgetExceeded`, with what to do instead.
+/// `BudgetExceeded`, with the remedy.
 pub fn check_budget(
     prepared_machine: &PreparedMachine,
     study: &ModesStudy,
     plan: &ModesPlan,
 ) -> Result<(), Error> {
     let n = prepared_machine.model.n;
-    let runs = |step: &(Stage, &str, StageDecision)| {
-        matches!(step, (Stage::Complex, _, StageDecision::Runs(_)))
+    let is_complex_run = |entry: &(Stage, &str, StageDecision)| {
+        matches!(entry, (Stage::Complex, _, StageDecision::Runs(_)))
     };
-    if n > MAX_COMPLEX_ORDER && plan.stages.iter().any(runs) {
-        return Err(complex_of_many(n));
+    if n > MAX_COMPLEX_ORDER && plan.stages.iter().any(is_complex_run) {
+        return Err(complex_budget_error(n));
     }
-    let systems = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
-    let all = systems || !prepared_machine.model.is_sum_of_squares();
-    if (systems && n > MAX_COMPLEX_ORDER) || (all && n > MAX_DENSE_DOFS) {
+    let dense = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
+    let needs_all_modes = dense || !prepared_machine.model.is_sum_of_squares();
+    if (dense && n > MAX_COMPLEX_ORDER) || (needs_all_modes && n > MAX_DENSE_DOFS) {
         let message = format!("this needs all modes of {n} degrees of freedom in dense matrices");
         let hint = format!(
-            "up to {MAX_COMPLEX_ORDER} degrees of freedom this is a matter of minutes; model the machine with fewer"
+            "model the machine with at most {MAX_COMPLEX_ORDER} degrees of freedom (some minutes)"
         );
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
     }
     Ok(())
 }
 
-/// Refuses what no solution is needed to refuse: the size of the machine, and names of reductions and state-space forms.
+/// Checks the study without a solution: the budget, the coordinates of a reduction, and the signals of a state-space form.
 ///
 /// # Errors
 /// Those of [`check_budget`], of [`reduction::coordinate_by_name`], [`parse_input`] and [`parse_output`].
-pub fn refuse(
+pub fn check_study(
     prepared_machine: &PreparedMachine,
     study: &ModesStudy,
     plan: &ModesPlan,
 ) -> Result<(), Error> {
     check_budget(prepared_machine, study, plan)?;
-    kept_coordinates(prepared_machine, study)?;
+    retained_coordinates(prepared_machine, study)?;
     let machine = &prepared_machine.machine;
-    if let Some(wanted) = &study.state_space {
-        for name in &wanted.inputs {
+    if let Some(request) = &study.state_space {
+        for name in &request.inputs {
             parse_input(machine, name)?;
         }
-        for name in &wanted.outputs {
+        for name in &request.outputs {
             parse_output(machine, name)?;
         }
     }
     Ok(())
 }
 
-/// The coordinates that a reduction keeps.
-fn kept_coordinates(
+/// Coordinates that a reduction retains.
+fn retained_coordinates(
     prepared_machine: &PreparedMachine,
     study: &ModesStudy,
 ) -> Result<Vec<usize>, Error> {
-    let names = study.reduce.iter().flat_map(|wanted| &wanted.keep);
+    let names = study.reduce.iter().flat_map(|request| &request.keep);
     let (machine, model) = (&prepared_machine.machine, &prepared_machine.model);
     names
         .map(|name| reduction::coordinate_by_name(machine, model, name))
         .collect()
 }
 
-fn complex_of_many(n: usize) -> Error {
-    // 3.1 s of a chain of 500 discs, 24 s of 1000.
+fn complex_budget_error(n: usize) -> Error {
+    // Measured: 3.1 s for a chain of 500 discs, 24 s for 1000.
     let seconds = 2.5e-8 * (n as f64).powi(3);
     let message = format!(
-        "complex modes of {n} degrees of freedom would need a dense decomposition of twice that order, about {}, and {MAX_COMPLEX_ORDER} degrees of freedom are allowed",
+        "complex modes of {n} degrees of freedom would need a dense decomposition of twice that order, about {} (limit {MAX_COMPLEX_ORDER} degrees of freedom)",
         format_duration(seconds)
     );
     let hint = "request undamped modes (they show an estimate of each damping ratio): omit --damped; or model the machine with fewer degrees of freedom";
@@ -200,7 +200,7 @@ struct ModesRun<'a> {
 }
 
 impl ModesRun<'_> {
-    /// Warns of unstable modes and of neglected terms.
+    /// Adds warnings of unstable modes and of neglected terms.
     fn warn(&mut self) {
         let roots = self.result.modes.iter().filter(|mode| !mode.rigid);
         let unstable = linear_stability::unstable(roots.map(|mode| mode.eigenvalue));
@@ -211,7 +211,7 @@ impl ModesRun<'_> {
 
     fn stage(&mut self, stage: Stage) -> Result<(), Error> {
         match stage {
-            // Done when the machine was prepared, or part of the solution.
+            // Computed when the machine was prepared, or part of the solution.
             Stage::Meshes | Stage::Joints | Stage::OperatingPoint | Stage::Massless => Ok(()),
             Stage::Basis => self.basis(),
             Stage::Lowest => self.lowest(),
@@ -256,7 +256,7 @@ impl ModesRun<'_> {
         Ok(())
     }
 
-    /// The modes the study asks for, of all.
+    /// Selects the modes that the study requests.
     fn select_modes(&self, mut modes: Vec<Mode>) -> Vec<Mode> {
         let count = self.study.lowest.map(|n| n as usize);
         if let Some(near) = self.study.near {
@@ -267,7 +267,7 @@ impl ModesRun<'_> {
                     .total_cmp(&(b.omega() - near).abs())
             });
             modes.truncate(count.unwrap_or(DEFAULT_MODE_COUNT));
-            sort_rising(&mut modes, |a| a.omega());
+            sort_ascending(&mut modes, |a| a.omega());
         } else if let Some(count) = count {
             modes.truncate(count);
         }
@@ -277,18 +277,18 @@ impl ModesRun<'_> {
     fn lowest(&mut self) -> Result<(), Error> {
         let request = SubsetRequest {
             count: self.study.lowest.map_or(DEFAULT_MODE_COUNT, |n| n as usize),
-            near: self.study.near,
+            near_omega: self.study.near,
         };
-        let found = mode_subset::solve(&self.machine.model, self.machine.forest.as_ref(), request)?;
-        if !found.sturm_verified {
-            let message = "no Sturm count confirms that no mode among these is missing".to_string();
+        let modes = mode_subset::solve(&self.machine.model, self.machine.forest.as_ref(), request)?;
+        if !modes.sturm_verified {
+            let message = "a mode may be missing: no Sturm count confirms their number".to_string();
             self.result.diagnostics.push(Diagnostic {
                 code: "not-counted",
                 message,
                 hint: None,
             });
         }
-        self.result.modes = found.modes;
+        self.result.modes = modes.modes;
         Ok(())
     }
 
@@ -298,7 +298,7 @@ impl ModesRun<'_> {
             kinematics,
             ..
         } = self.machine;
-        self.result.speeds = Some(spinning(machine, kinematics, self.study.speed)?);
+        self.result.speeds = Some(spin_speeds(machine, kinematics, self.study.speed)?);
         Ok(())
     }
 
@@ -309,7 +309,7 @@ impl ModesRun<'_> {
             ..
         } = self.machine;
         if linear.n > MAX_COMPLEX_ORDER || self.basis.is_none() {
-            return Err(complex_of_many(linear.n));
+            return Err(complex_budget_error(linear.n));
         }
         if let Some(basis) = &self.basis {
             let speeds = self.result.speeds.as_deref();
@@ -342,27 +342,27 @@ impl ModesRun<'_> {
             orders: OrderOptions::default(),
             tracking: TrackingOptions::default(),
         };
-        let found = campbell::campbell_diagram(machine, kinematics, linear, basis, &options)?;
-        let doubtful = found
+        let diagram = campbell::campbell_diagram(machine, kinematics, linear, basis, &options)?;
+        let uncertain = diagram
             .branches
             .iter()
             .filter(|b| !b.uncertain_rpm.is_empty())
             .count();
-        if doubtful > 0 {
+        if uncertain > 0 {
             let message =
-                format!("{doubtful} branches could not be tracked with certainty at every speed");
-            let hint = Some("see uncertain_rpm in --json; take more points there".to_string());
+                format!("{uncertain} branches could not be tracked with certainty at every speed");
+            let hint = Some("see uncertain_rpm in --json; use more points there".to_string());
             self.result.diagnostics.push(Diagnostic {
                 code: "branch-uncertain",
                 message,
                 hint,
             });
         }
-        self.result.campbell = Some(found);
+        self.result.campbell = Some(diagram);
         Ok(())
     }
 
-    fn case(&self) -> Result<AnalysisContext<'_>, Error> {
+    fn context(&self) -> Result<AnalysisContext<'_>, Error> {
         let PreparedMachine {
             machine,
             model: linear,
@@ -381,10 +381,10 @@ impl ModesRun<'_> {
     }
 
     fn state_space(&mut self) -> Result<(), Error> {
-        let Some(wanted) = &self.study.state_space else {
+        let Some(request) = &self.study.state_space else {
             return Ok(());
         };
-        let context = self.case()?;
+        let context = self.context()?;
         if context.model.n > MAX_COMPLEX_ORDER {
             let message = format!(
                 "the state-space form of {} degrees of freedom is a dense matrix of twice that order",
@@ -394,10 +394,10 @@ impl ModesRun<'_> {
                 Error::new(Code::BudgetExceeded, message).with_hint("reduce the machine first")
             );
         }
-        let space = StateSpace::physical(&context, &wanted.inputs, &wanted.outputs)?;
+        let space = StateSpace::physical(&context, &request.inputs, &request.outputs)?;
         let parts = participation(&context, &space.inputs, &space.outputs)?;
-        let space = match wanted.sample_time {
-            Some(h) => space.discretise(h, wanted.method)?,
+        let space = match request.sample_time {
+            Some(h) => space.discretise(h, request.method)?,
             None => space,
         };
         self.result.state_space = Some((space, parts));
@@ -405,42 +405,42 @@ impl ModesRun<'_> {
     }
 
     fn reduction(&mut self) -> Result<(), Error> {
-        let Some(wanted) = &self.study.reduce else {
+        let Some(request) = &self.study.reduce else {
             return Ok(());
         };
-        let context = self.case()?;
-        let kept = kept_coordinates(self.machine, self.study)?;
-        // Modes up to twice the band: what is left out is then far from resonance in it.
-        let selection = wanted
+        let context = self.context()?;
+        let retained = retained_coordinates(self.machine, self.study)?;
+        // Modes up to twice the band limit: within the band the truncated modes are far from resonance.
+        let selection = request
             .modes
-            .map_or(ModeSelection::Below(2.0 * wanted.max_frequency_hz), |n| {
+            .map_or(ModeSelection::Below(2.0 * request.max_frequency_hz), |n| {
                 ModeSelection::Count(n as usize)
             });
-        let dofs: Vec<usize> = kept
+        let dofs: Vec<usize> = retained
             .iter()
             .map(|&j| context.model.independent_dofs[j])
             .collect();
         let model = ReducedModel::new(
             &context,
-            match wanted.method {
-                ReductionKind::Guyan => ReductionMethod::Guyan { masters: kept },
+            match request.method {
+                ReductionKind::Guyan => ReductionMethod::Guyan { masters: retained },
                 ReductionKind::Dynamic(at_hz) => ReductionMethod::Dynamic {
-                    masters: kept,
+                    masters: retained,
                     at_hz,
                 },
                 ReductionKind::CraigBampton => ReductionMethod::CraigBampton {
-                    boundary: kept,
+                    boundary: retained,
                     selection,
                 },
                 ReductionKind::Modal => ReductionMethod::Modal {
                     selection,
-                    ports: kept,
+                    ports: retained,
                 },
             },
         )?;
         let error = model.compare(
             &context,
-            &ComparisonBand::new(wanted.max_frequency_hz, dofs.clone(), dofs),
+            &ComparisonBand::new(request.max_frequency_hz, dofs.clone(), dofs),
         )?;
         let omega = reduction::natural_frequencies(context.model, &model.matrices)?;
         let full = context

@@ -1,4 +1,4 @@
-//! Online analysis of a running simulation: spectra, orders, transmission error, without its history.
+//! Online analysis during a simulation: spectra, orders, transmission error, without a stored history.
 
 use std::collections::VecDeque;
 
@@ -18,21 +18,21 @@ use crate::spectrum::rotation::order_demodulation::{DemodulatedOrders, OrderDemo
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 
-/// Samples handed on to the averages at a time.
+/// Number of samples per update of the averaged spectra.
 const CHUNK: usize = 256;
 
-/// Rows of two angles kept for a transmission error, the latest: 16 MB.
-const ROWS: usize = 1 << 20;
+/// Maximum number of stored rows of two angles for a transmission error: the latest 16 MB.
+const MAX_ANGLE_ROWS: usize = 1 << 20;
 
-/// Everything found while a motion runs.
+/// State of the online analysis of a simulation.
 pub struct OnlineAnalysis {
-    /// Angles and speeds that the analyses need next to what is shown.
+    /// Angles and speeds that the analyses need in addition to the requested outputs.
     extra_outputs: Vec<MotionOutputs>,
     rate_hz: f64,
     spectra: Option<OnlineSpectra>,
     track: Option<OnlineOrders>,
     te: Option<AngleBuffer>,
-    max_rows: usize,
+    peak_values: usize,
 }
 
 struct OnlineSpectra {
@@ -51,33 +51,33 @@ struct AngleBuffer {
     teeth: GearTrain,
     angles: VecDeque<[f64; 2]>,
     max_rows: usize,
-    left: bool,
+    has_dropped_rows: bool,
 }
 
 /// Results of the online analysis.
 pub struct OnlineResult {
-    /// Spectra of the outputs, in their order.
+    /// Spectra of the outputs, in the order of the outputs.
     pub spectra: Option<Spectra>,
-    /// Orders of the outputs, and the node they turn with.
+    /// Orders of the outputs, with the name of their reference node.
     pub tracks: Option<(String, DemodulatedOrders)>,
-    /// Transmission error of the second shaft against the first.
+    /// Transmission error of the second shaft relative to the first, with the gear train between them.
     pub te: Option<(EncoderResult, GearTrain)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl OnlineAnalysis {
-    /// Before the motion.
+    /// Prepares the analysis before the simulation.
     ///
     /// # Errors
-    /// Nodes that are not there, teeth that are none, orders that are not distinguished, fewer samples than a block.
+    /// A node does not exist; the teeth are invalid; orders are not distinguished; the samples fill no block.
     pub fn new(
         machine: &PreparedMachine,
         setup: &SimulationSetup,
         study: &OnlineStudy,
     ) -> Result<OnlineAnalysis, Error> {
         let rate_hz = setup.samples as f64 / setup.end_time;
-        let shown = setup.outputs.list.len();
+        let n_outputs = setup.outputs.list.len();
         let mut names = Vec::new();
         let track = match &study.track {
             None => None,
@@ -85,7 +85,7 @@ impl OnlineAnalysis {
                 names.extend([format!("{node}.theta"), format!("{node}.theta.speed")]);
                 Some(OnlineOrders {
                     node: node.clone(),
-                    demodulator: OrderDemodulator::new(orders, f64::from(study.turns), shown)?,
+                    demodulator: OrderDemodulator::new(orders, f64::from(study.turns), n_outputs)?,
                 })
             }
         };
@@ -94,23 +94,21 @@ impl OnlineAnalysis {
             Some(shafts) => {
                 names.extend(shafts.iter().map(|node| format!("{node}.theta")));
                 let Some(teeth) = &study.teeth else {
-                    let error = Error::new(
-                        Code::MissingKey,
-                        "the teeth between the shafts are not stated",
-                    );
-                    return Err(error.with_hint("add --teeth 21:63, or `teeth` to the study"));
+                    let message = "the teeth between the shafts are not stated";
+                    return Err(Error::new(Code::MissingKey, message)
+                        .with_hint("add --teeth 21:63, or `teeth` to the study"));
                 };
                 Some(AngleBuffer {
                     shafts: shafts.clone(),
                     teeth: GearTrain::parse(teeth)?,
                     angles: VecDeque::new(),
-                    max_rows: ROWS,
-                    left: false,
+                    max_rows: MAX_ANGLE_ROWS,
+                    has_dropped_rows: false,
                 })
             }
         };
-        // Each by itself: of one list a node of two analyses would be left out the second time.
-        let beside = names
+        // One selection per name: a common selection would omit the second occurrence of a node.
+        let extra_outputs = names
             .iter()
             .map(|name| select_outputs(machine, &setup.model, std::slice::from_ref(name)))
             .collect::<Result<_, Error>>()?;
@@ -122,31 +120,34 @@ impl OnlineAnalysis {
                     ..WelchOptions::default()
                 };
                 if (setup.samples + 1) < options.block {
-                    let message = format!("{} samples fill no block of {block}", setup.samples + 1);
+                    let message = format!(
+                        "{} samples are fewer than a block of {block}",
+                        setup.samples + 1
+                    );
                     return Err(Error::new(Code::TooShort, message)
                         .with_hint("request more --samples, or a shorter block"));
                 }
                 Some(OnlineSpectra {
-                    estimator: WelchEstimator::new(rate_hz, shown, &[], &options)?,
+                    estimator: WelchEstimator::new(rate_hz, n_outputs, &[], &options)?,
                     block: options.block,
-                    chunk: vec![Vec::with_capacity(CHUNK); shown],
+                    chunk: vec![Vec::with_capacity(CHUNK); n_outputs],
                 })
             }
         };
         Ok(OnlineAnalysis {
-            extra_outputs: beside,
+            extra_outputs,
             rate_hz,
             spectra,
             track,
             te,
-            max_rows: 0,
+            peak_values: 0,
         })
     }
 
-    /// Takes one state with the outputs there.
+    /// Adds a state at time t, s, with the values of the outputs.
     ///
     /// # Errors
-    /// Those of [`OrderDemodulator::push`].
+    /// Errors of [`OrderDemodulator::push`].
     pub fn push(
         &mut self,
         setup: &SimulationSetup,
@@ -154,44 +155,44 @@ impl OnlineAnalysis {
         values: &[f64],
     ) -> Result<(), Error> {
         let model = &setup.model.model;
-        let mut beside = self
+        let mut extra_values = self
             .extra_outputs
             .iter()
-            .flat_map(|one| one.evaluate(model, None, t, y));
-        let mut next = || beside.next().unwrap_or(f64::NAN);
-        if let Some(followed) = &mut self.track {
-            followed.demodulator.push(t, next(), next(), values)?;
+            .flat_map(|outputs| outputs.evaluate(model, None, t, y));
+        let mut next = || extra_values.next().unwrap_or(f64::NAN);
+        if let Some(track) = &mut self.track {
+            track.demodulator.push(t, next(), next(), values)?;
         }
         if let Some(rows) = &mut self.te {
             if rows.angles.len() == rows.max_rows {
                 rows.angles.pop_front();
-                rows.left = true;
+                rows.has_dropped_rows = true;
             }
             rows.angles.push_back([next(), next()]);
         }
-        if let Some(averages) = &mut self.spectra {
-            let lists = averages.chunk.iter_mut().zip(values);
-            lists.for_each(|(list, x)| list.push(*x));
-            if averages.chunk.first().is_some_and(|c| c.len() == CHUNK) {
-                averages.flush_chunk();
+        if let Some(spectra) = &mut self.spectra {
+            let columns = spectra.chunk.iter_mut().zip(values);
+            columns.for_each(|(column, x)| column.push(*x));
+            if spectra.chunk.first().is_some_and(|c| c.len() == CHUNK) {
+                spectra.flush_chunk();
             }
         }
-        self.max_rows = self.max_rows.max(self.stored_values());
+        self.peak_values = self.peak_values.max(self.stored_values());
         Ok(())
     }
 
-    /// The most numbers held at any time so far.
+    /// Largest number of values stored at any time so far.
     pub fn peak_stored_values(&self) -> usize {
-        self.max_rows
+        self.peak_values
     }
 
-    /// Keeps at most so many rows for a transmission error and so many points of orders, in place of a million and 4096.
+    /// Limits the rows of a transmission error and the points of the orders; the defaults are 2²⁰ and 4096.
     pub fn set_limits(&mut self, rows: usize, points: usize) {
         if let Some(te) = &mut self.te {
             te.max_rows = rows;
         }
-        if let Some(followed) = &mut self.track {
-            followed.demodulator.limit_points(points);
+        if let Some(track) = &mut self.track {
+            track.demodulator.limit_points(points);
         }
     }
 
@@ -199,60 +200,59 @@ impl OnlineAnalysis {
         let spectra = self
             .spectra
             .as_ref()
-            .map_or(0, |a| a.chunk.len() * (CHUNK + 3 * a.block));
+            .map_or(0, |s| s.chunk.len() * (CHUNK + 3 * s.block));
         let track = self
             .track
             .as_ref()
-            .map_or(0, |f| f.demodulator.stored_values());
-        let te = self.te.as_ref().map_or(0, |r| 2 * r.angles.len());
+            .map_or(0, |t| t.demodulator.stored_values());
+        let te = self.te.as_ref().map_or(0, |rows| 2 * rows.angles.len());
         spectra + track + te
     }
 
-    /// Results of the online analysis. Of a motion that was `interrupted` whatever its part gives.
+    /// Results of the online analysis; for an `interrupted` simulation those that its samples suffice for.
     ///
     /// # Errors
-    /// Those of the evaluation of a transmission error.
+    /// Errors of the evaluation of a transmission error.
     pub fn finish(self, interrupted: bool) -> Result<OnlineResult, Error> {
-        let mut diagnostics = Vec::new();
         let mut result = OnlineResult {
             spectra: None,
             tracks: None,
             te: None,
             diagnostics: Vec::new(),
         };
-        if let Some(mut averages) = self.spectra {
-            averages.flush_chunk();
-            result.spectra = match averages.estimator.finish() {
+        if let Some(mut average) = self.spectra {
+            average.flush_chunk();
+            result.spectra = match average.estimator.finish() {
                 Ok(spectra) => Some(spectra),
                 Err(_) if interrupted => None,
                 Err(error) => return Err(error),
             };
         }
-        if let Some(followed) = self.track {
-            let tracks = followed.demodulator.finish();
+        if let Some(track) = self.track {
+            let tracks = track.demodulator.finish();
             if tracks.points.is_empty() || tracks.skipped_windows > 0 {
-                diagnostics.push(Diagnostic {
+                result.diagnostics.push(Diagnostic {
                     code: "track-coarse",
                     message: match tracks.skipped_windows {
                         0 => format!(
-                            "{} turns too little for one point of the orders",
-                            followed.node
+                            "{} makes too few revolutions for one point of the orders",
+                            track.node
                         ),
                         n => format!(
-                            "{n} points of the orders fell out: too few samples in their turns"
+                            "{n} points of the orders not computed: too few samples per turn"
                         ),
                     },
                     hint: Some("request more --samples, a longer motion or other --turns".into()),
                 });
             }
-            result.tracks = Some((followed.node, tracks));
+            result.tracks = Some((track.node, tracks));
         }
         if let Some(rows) = self.te {
-            if rows.left {
-                diagnostics.push(Diagnostic {
+            if rows.has_dropped_rows {
+                result.diagnostics.push(Diagnostic {
                     code: "te-latest",
                     message: format!(
-                        "the transmission error is that of the last {} samples: no more are kept",
+                        "the transmission error covers only the last {} samples (storage limit)",
                         rows.angles.len()
                     ),
                     hint: None,
@@ -265,7 +265,6 @@ impl OnlineAnalysis {
                 Err(error) => return Err(error),
             };
         }
-        result.diagnostics = diagnostics;
         Ok(result)
     }
 }
@@ -279,12 +278,12 @@ impl OnlineSpectra {
 }
 
 impl AngleBuffer {
-    /// As a log of two encoders would be.
+    /// Evaluates the angles as a log of two encoders.
     fn evaluate_encoders(self, rate_hz: f64) -> Result<EncoderResult, Error> {
-        let channel = |at: usize| {
-            let samples: Vec<f64> = self.angles.iter().map(|row| row[at]).collect();
+        let channel = |index: usize| {
+            let samples: Vec<f64> = self.angles.iter().map(|row| row[index]).collect();
             Channel {
-                name: ["input", "output"][at].to_string(),
+                name: ["input", "output"][index].to_string(),
                 unit: "rad".to_string(),
                 samples: SampleColumn::from_slice(&samples).into(),
                 overload_level: None,
@@ -297,7 +296,7 @@ impl AngleBuffer {
             metadata: Vec::new(),
             rate_hz,
             rate_std: 0.0,
-            rate_source: "by the samples of the motion".into(),
+            rate_source: "from the samples of the motion".into(),
             samples: self.angles.len(),
             segments: vec![0..self.angles.len()],
             segment_starts: vec![0.0],
@@ -323,11 +322,11 @@ impl AngleBuffer {
             pressure_angle: None,
             model: None,
         };
-        let read = EncoderRecordings {
+        let recordings = EncoderRecordings {
             input: &recording,
             output: &recording,
             index: [None, None],
         };
-        evaluate_encoders(read, &study, None)
+        evaluate_encoders(recordings, &study, None)
     }
 }

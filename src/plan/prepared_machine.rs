@@ -1,4 +1,4 @@
-//! Machine prepared for a study: rigid joints eliminated, operating point found, linearised.
+//! Machine prepared for a study: rigid joints eliminated, operating point solved, equations linearised.
 
 use std::sync::Arc;
 
@@ -11,29 +11,29 @@ use crate::machine::components::{BranchLaw, Machine};
 use crate::machine::kinematics::Kinematics;
 use crate::machine::linear::LinearModel;
 use crate::machine::operating_point::{ActiveFlank, OperatingPoint};
-use crate::machine::spin::spinning;
+use crate::machine::spin::spin_speeds;
 use crate::modes::mode_subset;
 use crate::numeric::forest::Forest;
 use crate::response::system::OperatingModel;
 use crate::scene::model::{BranchDamping, GeneratorWork, Model};
 
-/// Machine assembled for analysis.
+/// Machine with its operating point and its linear model.
 pub struct PreparedMachine {
-    /// Meshes that name gear files.
+    /// Meshes defined by gear files.
     pub meshes: MeshStage,
-    /// Work that the machine cuts, where it is a generator, with the title of the machine.
+    /// Workpiece of the machine if it is a gear generator, with the title of the machine.
     pub work: Option<(Arc<GeneratorWork>, String)>,
-    /// Masses and branches.
+    /// Degrees of freedom, inertias and branches.
     pub machine: Machine,
-    /// Rigid joints, solved.
+    /// Kinematics of the rigid joints.
     pub kinematics: Kinematics,
-    /// Contacts with play.
+    /// Operating point: active flanks of contacts with backlash, tangent stiffnesses.
     pub operating: OperatingPoint,
-    /// Linear model of the remaining degrees of freedom.
+    /// Linear model of the independent degrees of freedom.
     pub model: LinearModel,
-    /// The linear machine as a forest of springs, where it is one.
+    /// Linear model as a forest of springs; `None` for a model of another form.
     pub forest: Option<Forest>,
-    /// Values of the model far outside what machines have.
+    /// Warnings for implausible values of the model.
     pub implausible: Vec<Diagnostic>,
 }
 
@@ -41,18 +41,18 @@ impl PreparedMachine {
     /// Builds and linearises a model.
     ///
     /// # Errors
-    /// Whatever is wrong with the machine: unknown nodes, contradicting ratios, parts joined to nothing, masses missing; meshes of gear files
-    /// that cannot carry their torques.
+    /// Faults of the machine: unknown nodes, contradicting ratios, unconnected parts, missing inertias, meshes of gear files that cannot
+    /// carry their torques.
     pub fn new(model: &Model) -> Result<PreparedMachine, Error> {
         PreparedMachine::with_meshes(model, MeshStage::new(model)?)
     }
 
-    /// A model whose meshes are computed already.
+    /// Builds and linearises a model whose meshes are already computed.
     ///
     /// # Errors
-    /// As [`PreparedMachine::new`].
+    /// Errors of [`PreparedMachine::new`].
     pub fn with_meshes(model: &Model, meshes: MeshStage) -> Result<PreparedMachine, Error> {
-        let model = meshes.filled(model);
+        let model = meshes.with_curves(model);
         let machine = build(&model)?;
         let kinematics = Kinematics::new(&machine)?;
         let operating = OperatingPoint::solve(&machine, &kinematics)?;
@@ -71,30 +71,29 @@ impl PreparedMachine {
         })
     }
 
-    /// Stages of a study behind that of the meshes, where the model names gear files.
+    /// Stages of a study, preceded by that of the meshes if the model names gear files.
     pub fn after_meshes(
         &self,
         stages: Vec<(&'static str, StageDecision)>,
     ) -> Vec<(&'static str, StageDecision)> {
-        let own = self
+        let mesh_stage = self
             .meshes
-            .is_named
+            .has_gear_files
             .then(|| ("meshes", self.meshes.decision.clone()));
-        own.into_iter().chain(stages).collect()
+        mesh_stage.into_iter().chain(stages).collect()
     }
 
-    /// Mean speed of every degree of freedom, rad/s, at a speed of the first node of `[speed]`; none where none is requested.
+    /// Mean speed of every degree of freedom, rad/s, for a speed of the first node of `[speed]`, rad/s; `None` without a request.
     ///
     /// # Errors
-    /// Those of [`spinning`].
+    /// Errors of [`spinning`].
     pub fn speeds_at(&self, speed: Option<f64>) -> Result<Option<Vec<f64>>, Error> {
-        let at = |speed| spinning(&self.machine, &self.kinematics, Some(speed));
+        let at = |speed| spin_speeds(&self.machine, &self.kinematics, Some(speed));
         speed.map(at).transpose()
     }
 
-    /// Operating model for frequency responses; with the mean speed of every degree of freedom, rad/s, where gyroscopic terms are
-    /// requested.
-    pub fn frequency_setting<'a>(&'a self, speeds: Option<&'a [f64]>) -> OperatingModel<'a> {
+    /// Operating model for frequency responses; `speeds`, the mean speed of every degree of freedom, rad/s, adds gyroscopic terms.
+    pub fn operating_model<'a>(&'a self, speeds: Option<&'a [f64]>) -> OperatingModel<'a> {
         OperatingModel {
             machine: &self.machine,
             operating: &self.operating,
@@ -103,11 +102,11 @@ impl PreparedMachine {
         }
     }
 
-    /// Warnings that need no solution.
+    /// Warnings that do not depend on a study.
     pub fn warnings(&self) -> Vec<Diagnostic> {
-        let mut all = self.machine.diagnostics.clone();
+        let mut warnings = self.machine.diagnostics.clone();
         let mut warn = |code, message: String, hint: Option<&str>| {
-            all.push(Diagnostic {
+            warnings.push(Diagnostic {
                 code,
                 message,
                 hint: hint.map(str::to_string),
@@ -126,7 +125,7 @@ impl PreparedMachine {
         for tangent in &self.operating.tangents {
             let name = self.machine.branch_name(tangent.branch);
             let message = format!(
-                "{name} is not linear: small motions about a force of {:.4e} (SI) find its tangent stiffness {:.4e} (SI)",
+                "{name} is not linear: at a force of {:.4e} (SI) its tangent stiffness is {:.4e} (SI)",
                 tangent.force, tangent.stiffness
             );
             let flat = "it has no stiffness there: state the mean torque in [[load]]";
@@ -138,20 +137,19 @@ impl PreparedMachine {
         }
         let playing = self.operating.contacts.len();
         if playing > 0 && self.machine.loads.is_empty() {
-            let hint = "state mean torques in [[load]] to find the flanks that carry";
+            let hint = "state mean torques in [[load]] to determine the loaded flanks";
             let message = format!(
-                "no load is stated: {playing} contacts with play are taken as closed on their drive flanks"
+                "no load is stated: {playing} contacts with play are assumed closed on their drive flanks"
             );
             warn("no-load", message, Some(hint));
         }
         if self.machine.motors.is_empty() && self.loads_accelerate() {
-            let hint =
-                "state the torque that holds against them, if the machine is meant to run steadily";
-            let message = "the mean loads do not balance: contacts are taken as the train accelerates under them";
+            let hint = "state the balancing torque if the machine runs at steady speed";
+            let message = "the mean loads do not balance: contact states are those of the accelerating machine";
             warn("loads-accelerate", message.to_string(), Some(hint));
         }
         if self.machine.damping.mass != 0.0 && !self.model.rigid.is_empty() {
-            let hint = "leave rayleigh_mass out of a free machine, or mean it";
+            let hint = "omit rayleigh_mass for a free machine, unless intended";
             warn(
                 "rayleigh-brakes",
                 "mass-proportional damping also brakes the rigid-body motion".to_string(),
@@ -159,27 +157,27 @@ impl PreparedMachine {
             );
         }
         for (name, what) in self.idle_damping_ratios() {
-            let message = format!("damping_ratio of {name} damps nothing: {what}");
+            let message = format!("damping_ratio of {name} has no effect: {what}");
             warn(
                 "idle-damping",
                 message,
-                Some("give c or loss_factor, or the node an inertia"),
+                Some("state c or loss_factor, or give the node an inertia"),
             );
         }
         if self.has_no_support() {
-            let message = "some body moves sideways without any support: that motion is a rigid-body mode too";
+            let message = "a body has no lateral support: its lateral motion is an additional rigid-body mode";
             warn(
                 "unsupported",
                 message.to_string(),
                 Some("give every body with lateral axes a bearing"),
             );
         }
-        all.extend(self.meshes.diagnostics.iter().cloned());
-        all.extend(self.implausible.iter().cloned());
-        all
+        warnings.extend(self.meshes.diagnostics.iter().cloned());
+        warnings.extend(self.implausible.iter().cloned());
+        warnings
     }
 
-    /// A damping ratio needs a mass on both sides of its branch.
+    /// Branches whose damping ratio has no effect, since it requires an inertia at both ends.
     fn idle_damping_ratios(&self) -> Vec<(String, &'static str)> {
         let has_ratio = |b: &&crate::machine::linear::LinearBranch| matches!(self.machine.branches[b.index].law, BranchLaw::Linear { loss: BranchDamping::Ratio(zeta), .. } if zeta > 0.0);
         let idle = self
@@ -197,9 +195,9 @@ impl PreparedMachine {
         .collect()
     }
 
-    /// The loads do work on a rigid-body motion, so that the train speeds up.
+    /// True if the loads do work on a rigid-body mode and accelerate the machine.
     fn loads_accelerate(&self) -> bool {
-        // Of the sum of their works; torques are stated to a few digits.
+        // Relative to the sum of absolute works; torques are stated to a few digits.
         const POWER_TOLERANCE: f64 = 1e-3;
         self.model.rigid.iter().any(|r| {
             let q = self.model.expand(r);
@@ -216,7 +214,7 @@ impl PreparedMachine {
     }
 
     fn has_no_support(&self) -> bool {
-        let turns = |i: &usize| self.machine.dofs[*i].axis.is_rotation();
+        let is_angle = |i: &usize| self.machine.dofs[*i].axis.is_rotation();
         self.model.rigid.iter().any(|r| {
             let largest = r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             let moving = self
@@ -225,7 +223,7 @@ impl PreparedMachine {
                 .iter()
                 .zip(r)
                 .filter(|(_, x)| x.abs() > 1e-9 * largest);
-            !moving.clone().any(|(i, _)| turns(i)) && moving.count() > 0
+            !moving.clone().any(|(i, _)| is_angle(i)) && moving.count() > 0
         })
     }
 }

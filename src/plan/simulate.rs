@@ -29,106 +29,106 @@ use crate::scene::study::SimulateStudy;
 pub struct SimulationResult {
     /// Setup of the motion.
     pub setup: SimulationSetup,
-    /// By which method, and why.
+    /// Method with the reason for its choice.
     pub choice: MethodChoice,
-    /// Time history.
+    /// Time history with the statistics of its outputs.
     pub history: MotionResult,
-    /// Sensitivity to initial conditions, where measured.
+    /// Sensitivity to initial conditions, if measured.
     pub sensitivity: Option<Sensitivity>,
     /// Results of the online analysis.
     pub online: OnlineResult,
-    /// Stages with what they do.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
-    /// Instant of the one step among the loads, s.
+    /// Instant of the load step, s, if exactly one lies within the run.
     pub step_time_s: Option<f64>,
-    /// Response of each output to that step, where the history is kept; absent where it does not settle.
+    /// Step response of each output, empty without a load step or a stored history; `None` if the output does not settle.
     pub step_responses: Vec<Option<StepResponse>>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Warnings about an operating point, which belong to linear studies.
+/// Codes of operating-point warnings, which apply to linear studies only.
 const LINEAR_STUDY_WARNINGS: [&str; 3] = ["no-load", "contact-open", "loads-accelerate"];
 
 impl SimulationResult {
-    /// Prepares, chooses, integrates; `hear` hears at every sample what share of the time is done.
+    /// Prepares the setup, chooses the method and integrates; `progress` receives the completed fraction at every sample.
     ///
     /// # Errors
-    /// Whatever is wrong with the machine or the motion.
+    /// Errors of the machine, the setup, the method and the online analysis.
     pub fn simulate(
         scene: &Scene,
         machine: &PreparedMachine,
         study: &SimulateStudy,
         cancel: &CancelToken,
-        hear: &dyn Fn(f64),
+        progress: &dyn Fn(f64),
     ) -> Result<SimulationResult, Error> {
-        let ready = SimulationSetup::new(machine, &scene.start, study)?;
-        let compares = !study.no_sensitivity && !ready.model.model.superposes();
-        let share = if compares { 0.5 } else { 1.0 };
-        let elements = &ready.model.model.elements;
+        let setup = SimulationSetup::new(machine, &scene.start, study)?;
+        let measures_sensitivity = !study.no_sensitivity && !setup.model.model.is_linear_in_state();
+        let share = if measures_sensitivity { 0.5 } else { 1.0 };
+        let elements = &setup.model.model.elements;
         let follows_load = elements.iter().any(|element| element.follows_load());
-        let carry_out = |choice: &MethodChoice| {
-            let mut rows = OnlineAnalysis::new(machine, &ready, &study.running)?;
-            let mut first = compares.then(|| RunSamples::new(&ready));
-            let mut beyond: Option<(usize, f64)> = None;
-            let mut watch = |at: (f64, &[f64]), values: &[f64]| {
-                hear(share * at.0 / ready.end_time);
+        let integrate = |choice: &MethodChoice| {
+            let mut analysis = OnlineAnalysis::new(machine, &setup, &study.running)?;
+            let mut samples = measures_sensitivity.then(|| RunSamples::new(&setup));
+            let mut overload: Option<(usize, f64)> = None;
+            let mut observe = |sample: (f64, &[f64]), values: &[f64]| {
+                progress(share * sample.0 / setup.end_time);
                 if follows_load {
-                    let loads = ready.model.model.loads_over_tables(at.0, at.1);
-                    beyond = loads.chain(beyond).max_by(|a, b| a.1.total_cmp(&b.1));
+                    let loads = setup.model.model.loads_over_tables(sample.0, sample.1);
+                    overload = loads.chain(overload).max_by(|a, b| a.1.total_cmp(&b.1));
                 }
-                first
+                samples
                     .iter_mut()
-                    .for_each(|first| first.see(&ready, at, values));
-                rows.push(&ready, at, values)
+                    .for_each(|samples| samples.see(&setup, sample, values));
+                analysis.push(&setup, sample, values)
             };
-            let kept = (study.running.history, &mut watch as &mut StepObserver);
-            let history = run::run_observed(&ready, choice, study.energy, cancel, kept)?;
-            let result = rows.finish(history.interrupted)?;
-            Ok::<_, Error>((history, (result, beyond), first))
+            let observer = (study.running.history, &mut observe as &mut StepObserver);
+            let history = run::run_observed(&setup, choice, study.energy, cancel, observer)?;
+            let result = analysis.finish(history.interrupted)?;
+            Ok::<_, Error>((history, (result, overload), samples))
         };
-        let first = method_choice::choose_method(&ready.model.model, study)?;
-        cost::check_budget(&ready, &first, study)?;
-        let (choice, history, ((result, beyond), rows), handed_over) = match carry_out(&first) {
-            Ok((history, result, rows)) => (first, history, (result, rows), None),
+        let first = method_choice::choose_method(&setup.model.model, study)?;
+        cost::check_budget(&setup, &first, study)?;
+        let (choice, history, ((result, overload), samples), handover) = match integrate(&first) {
+            Ok((history, result, samples)) => (first, history, (result, samples), None),
             Err(error) => {
-                let next = method_choice::fallback(&ready.model.model, study, &first, &error);
+                let next = method_choice::fallback(&setup.model.model, study, &first, &error);
                 let Some(next) = next else { return Err(error) };
-                let said = fallback_warning(&first, &next, error);
-                let (history, result, rows) = carry_out(&next)?;
-                (next, history, (result, rows), Some(said))
+                let warning = fallback_warning(&first, &next, error);
+                let (history, result, samples) = integrate(&next)?;
+                (next, history, (result, samples), Some(warning))
             }
         };
-        let rows = rows.filter(|_| !history.interrupted);
-        let compared = rows.map(|rows| {
-            let hear = |done: f64| hear(share + (1.0 - share) * done);
-            let first = (&rows, history.seconds);
-            Sensitivity::measure(&ready, &choice, first, cancel, &hear)
+        let samples = samples.filter(|_| !history.interrupted);
+        let measured = samples.map(|samples| {
+            let progress = |fraction: f64| progress(share + (1.0 - share) * fraction);
+            let first_run = (&samples, history.seconds);
+            Sensitivity::measure(&setup, &choice, first_run, cancel, &progress)
         });
-        let (sensitivity, not_compared) = match compared {
+        let (sensitivity, failure) = match measured {
             Some(Ok(sensitivity)) => (Some(sensitivity), None),
-            Some(Err(error)) => (None, Some(not_compared(&error))),
+            Some(Err(error)) => (None, Some(sensitivity_not_measured(&error))),
             None => (None, None),
         };
         let diagnostics = (machine.warnings().into_iter())
             .filter(|w| !LINEAR_STUDY_WARNINGS.contains(&w.code))
-            .chain(handed_over)
+            .chain(handover)
             .chain(
                 choice
                     .exact_alternative
                     .map(|exact| inexact_step_warning(&choice, exact)),
             )
-            .chain(step_size_warning(&ready.model.model, &choice))
+            .chain(step_size_warning(&setup.model.model, &choice))
             .chain(
-                input_sampling_warning(&ready)
-                    .or_else(|| output_sampling_warning(&ready, &history)),
+                input_sampling_warning(&setup)
+                    .or_else(|| output_sampling_warning(&setup, &history)),
             )
-            .chain(beyond.and_then(|most| beyond_load_table(&ready.model.model, most)))
+            .chain(overload.and_then(|largest| beyond_load_table(&setup.model.model, largest)))
             .chain(sensitivity.as_ref().and_then(unpredictable))
-            .chain(not_compared)
+            .chain(failure)
             .chain(result.diagnostics.clone())
             .collect();
-        let step_time_s = single_load_step(scene).filter(|t| *t < ready.end_time);
+        let step_time_s = single_load_step(scene).filter(|t| *t < setup.end_time);
         let step_responses = match step_time_s {
             Some(at) if !history.time.is_empty() => (history.values.iter())
                 .map(|values| step_response(&history.time, values, at))
@@ -136,10 +136,10 @@ impl SimulationResult {
             _ => Vec::new(),
         };
         Ok(SimulationResult {
-            plan: machine.after_meshes(stages::plan(&ready, &choice, study)),
+            plan: machine.after_meshes(stages::plan(&setup, &choice, study)),
             step_time_s,
             step_responses,
-            setup: ready,
+            setup,
             choice,
             history,
             sensitivity,
@@ -149,13 +149,13 @@ impl SimulationResult {
     }
 }
 
-/// A history that cannot be predicted to its end.
+/// Warning that the history is not predictable to its end.
 fn unpredictable(sensitivity: &Sensitivity) -> Option<Diagnostic> {
     let until = sensitivity.until()?;
     Some(Diagnostic {
         code: "not-predictable",
         message: format!(
-            "not predictable beyond t = {}: a second run from a slightly changed start diverges there; the history after it is one of many possible",
+            "not predictable beyond t = {}: a second run from perturbed initial conditions diverges there; the later history is one of many possible",
             format_time(until)
         ),
         hint: Some(
@@ -165,32 +165,32 @@ fn unpredictable(sensitivity: &Sensitivity) -> Option<Diagnostic> {
     })
 }
 
-/// A mesh under a larger load than its table has.
+/// Warning that a mesh carries more than the largest load of its table; `share` is their ratio.
 fn beyond_load_table(model: &DynamicModel, (at, share): (usize, f64)) -> Option<Diagnostic> {
     let name = &model.elements[at].name;
     (share > 1.0).then(|| Diagnostic {
         code: "beyond-load-table",
         message: format!(
-            "`{name}` carries up to {} times the largest load of its table: there the tangent at that load goes on",
+            "`{name}` carries up to {} times the largest load of its table, which is extrapolated by its tangent",
             format_number(share)
         ),
         hint: Some("give a larger last torque of `torques` in [mesh] of its gear file".to_string()),
     })
 }
 
-/// No second run tells which digits hold.
-fn not_compared(error: &Error) -> Diagnostic {
+/// Warning that the sensitivity to initial conditions was not measured.
+fn sensitivity_not_measured(error: &Error) -> Diagnostic {
     Diagnostic {
         code: "not-compared",
         message: format!(
-            "the sensitivity to the start was not measured, so the number of significant digits is unknown: {}",
+            "the sensitivity to initial conditions was not measured, so the number of significant digits is unknown: {}",
             error.message
         ),
         hint: error.hint.clone(),
     }
 }
 
-/// Warning that a step was requested where a method without one would be exact.
+/// Warning that a step was requested although an exact method without step applies.
 fn inexact_step_warning(choice: &MethodChoice, exact: &str) -> Diagnostic {
     Diagnostic {
         code: "step-for-exact",
@@ -198,25 +198,25 @@ fn inexact_step_warning(choice: &MethodChoice, exact: &str) -> Diagnostic {
             "a step was stated, so {} was used; {exact} would have no step error",
             choice.method.name
         ),
-        hint: Some("leave the step out; `geardyn accuracy` shows what its error is".to_string()),
+        hint: Some("omit the step; `geardyn accuracy` shows its error".to_string()),
     }
 }
 
-/// The highest frequency of loads, errors and stiffness waves of imposed speed, rad/s; zero where none acts.
-fn fastest_acting(model: &DynamicModel) -> f64 {
-    let all = model.harmonics().chain(frequencies(model));
-    all.fold(0.0, f64::max)
+/// Highest frequency of loads, errors and stiffness waves of imposed speed, rad/s; zero without any.
+fn highest_input_frequency(model: &DynamicModel) -> f64 {
+    let inputs = model.harmonics().chain(frequencies(model));
+    inputs.fold(0.0, f64::max)
 }
 
-/// Samples too far apart to see what the loads, the errors and the stiffness waves of imposed speed do.
+/// Warning that the samples do not resolve the loads, the errors and the stiffness waves of imposed speed.
 fn input_sampling_warning(setup: &SimulationSetup) -> Option<Diagnostic> {
-    let fastest = fastest_acting(&setup.model.model);
+    let fastest = highest_input_frequency(&setup.model.model);
     let step = setup.end_time / setup.samples as f64;
     let per_period = TAU / (fastest * step);
     (per_period < MIN_SAMPLES_PER_PERIOD).then(|| Diagnostic {
         code: "coarse-samples",
         message: format!(
-            "{} samples in a period of the fastest that acts, {} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
+            "{} samples per period of the fastest excitation, {} Hz: extremes and means of the outputs are those of the samples",
             format_per_period(per_period),
             format_number(fastest / TAU)
         ),
@@ -224,13 +224,13 @@ fn input_sampling_warning(setup: &SimulationSetup) -> Option<Diagnostic> {
     })
 }
 
-/// Warning that the samples are too far apart to resolve an output's oscillation.
+/// Warning that the samples do not resolve the oscillation of an output.
 fn output_sampling_warning(setup: &SimulationSetup, history: &MotionResult) -> Option<Diagnostic> {
     let UndersampledOutput { output, per_period } = history.undersampled?;
     Some(Diagnostic {
         code: "coarse-samples",
         message: format!(
-            "`{}` oscillates so fast that a period has {} samples: extremes and means of the outputs are those of the samples",
+            "`{}` oscillates with {} samples per period: extremes and means of the outputs are those of the samples",
             setup.outputs.list[output].name,
             format_per_period(per_period)
         ),
@@ -238,7 +238,7 @@ fn output_sampling_warning(setup: &SimulationSetup, history: &MotionResult) -> O
     })
 }
 
-/// Hint at a sufficient number of samples, to two digits; where that exceeds the limit, at a shorter time.
+/// Hint with a sufficient number of samples, to two digits, or with a shorter end time if that number exceeds `u32::MAX`.
 fn sampling_hint(setup: &SimulationSetup, per_period: f64) -> String {
     let samples = SAMPLES_PER_PERIOD / per_period * setup.samples as f64;
     let digit = 10f64.powf(samples.log10().floor() - 1.0).max(1.0);
@@ -251,12 +251,12 @@ fn sampling_hint(setup: &SimulationSetup, per_period: f64) -> String {
     }
     let until = setup.end_time * per_period / SAMPLES_PER_PERIOD;
     format!(
-        "--until \"{}\" gives {SAMPLES_PER_PERIOD} in each, with as many samples",
+        "--until \"{}\" gives {SAMPLES_PER_PERIOD} in each, with the same number of samples",
         format_flag_time(until)
     )
 }
 
-/// So many in a period, to two places, or two digits where it is far fewer than one.
+/// Formats a number of samples per period: two decimals, or two significant digits below 0.01.
 fn format_per_period(per_period: f64) -> String {
     match per_period {
         n if n < 0.01 => format!("{n:.1e}"),
@@ -264,7 +264,7 @@ fn format_per_period(per_period: f64) -> String {
     }
 }
 
-/// A time as a flag takes it.
+/// Formats a time as accepted by a command-line flag.
 fn format_flag_time(time_s: f64) -> String {
     match time_s {
         t if t < 1e-9 => format!("{t:.1e} s"),
@@ -272,52 +272,52 @@ fn format_flag_time(time_s: f64) -> String {
     }
 }
 
-/// Warning that a fixed step is too long for the machine's oscillations or its loads.
+/// Warning that a fixed step exceeds the stability limit, or does not resolve the fastest oscillation or load.
 fn step_size_warning(model: &DynamicModel, choice: &MethodChoice) -> Option<Diagnostic> {
     let StepSize::Fixed(step) = choice.step_size else {
         return None;
     };
-    let free = fastest_mode_closed(model);
-    if let (Some(bound), Some(free)) = (choice.method.bound, free)
-        && step * free.rate > bound.radius
+    let mode = fastest_mode_closed(model);
+    if let (Some(bound), Some(mode)) = (choice.method.bound, mode)
+        && step * mode.rate > bound.radius
     {
-        let limit = bound.radius / free.rate;
+        let limit = bound.radius / mode.rate;
         return Some(Diagnostic {
             code: "long-step",
             message: format!(
-                "a step of {} is longer than {}, beyond which every free motion so fast grows from step to step; {}",
+                "a step of {} exceeds the stability limit of {}; {}",
                 format_flag_time(step),
                 format_flag_time(limit),
-                free.describe()
+                mode.describe()
             ),
             hint: Some(format!(
-                "take --step \"{}\" or less, or leave method and step out",
+                "use --step \"{}\" or less, or omit method and step",
                 format_flag_time(0.5 * limit)
             )),
         });
     }
-    let acting = fastest_acting(model);
-    let (rate, told) = match free {
-        Some(free) if free.rate >= acting => (free.rate, free.describe()),
+    let input_frequency = highest_input_frequency(model);
+    let (rate, cause) = match mode {
+        Some(mode) if mode.rate >= input_frequency => (mode.rate, mode.describe()),
         _ => (
-            acting,
+            input_frequency,
             format!(
-                "the fastest that acts has {} Hz",
-                format_number(acting / TAU)
+                "the fastest excitation has {} Hz",
+                format_number(input_frequency / TAU)
             ),
         ),
     };
-    // The period of an oscillation is then off by 2 to 3 %: (hω)²/12 of Newmark's average acceleration, (hω)⁴/120 of Runge and
-    // Kutta's order 4.
-    let fewest = match choice.method.order {
+    // At this limit the period error is 2 to 3 %: (hω)²/12 for Newmark's average acceleration, (hω)⁴/120 for the
+    // Runge–Kutta method of order 4.
+    let min_steps = match choice.method.order {
         Some(2) => 10.0,
         _ => 5.0,
     };
     let per_period = TAU / (step * rate);
-    (per_period < fewest).then(|| Diagnostic {
+    (per_period < min_steps).then(|| Diagnostic {
         code: "long-step",
         message: format!(
-            "{} steps per period of the fastest oscillation, which is not resolved if excited; {told}",
+            "{} steps per period of the fastest oscillation, which is not resolved if excited; {cause}",
             format_per_period(per_period)
         ),
         hint: Some(format!(
@@ -327,22 +327,22 @@ fn step_size_warning(model: &DynamicModel, choice: &MethodChoice) -> Option<Diag
     })
 }
 
-/// Samples in a period from which extremes are true to 1 %: cos(π/20).
+/// Samples per period from which sampled extremes are accurate to 1 %: cos(π/20) = 0.99.
 const SAMPLES_PER_PERIOD: f64 = 20.0;
 
-/// One method gave a motion up, another took it.
+/// Warning that the first method failed and the next one integrated the motion.
 fn fallback_warning(first: &MethodChoice, next: &MethodChoice, error: Error) -> Diagnostic {
     Diagnostic {
         code: "handed-over",
         message: format!(
-            "{}: {}; {} took the motion from its start",
+            "{}: {}; {} integrated the motion from the start",
             first.method.name, error.message, next.method.name
         ),
         hint: error.hint,
     }
 }
 
-/// The instant of the one step among the loads.
+/// Instant of the load step, s; `None` unless all load steps share one instant.
 fn single_load_step(scene: &Scene) -> Option<f64> {
     let steps = scene
         .model

@@ -6,6 +6,7 @@ pub use super::decision::StageDecision;
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
 use crate::modes::modal_basis::{LISTED_SHAPE_TOLERANCE, UndampedSolver};
+use crate::numeric::energy_modes::MIN_TREE_NODES;
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// One stage of a study.
@@ -192,7 +193,7 @@ fn joints(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match all - stay {
         0 => StageDecision::LeftOut("no rigid joint".to_string()),
         gone => StageDecision::Runs(format!(
-            "{gone} of {all} degrees of freedom follow exactly, {stay} stay"
+            "{gone} of {all} degrees of freedom eliminated exactly, {stay} remain"
         )),
     }
 }
@@ -202,12 +203,10 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match (contacts, machine.machine.loads.is_empty()) {
         (0, _) => match machine.operating.tangents.len() {
             0 => StageDecision::LeftOut("no contact has play".to_string()),
-            n => StageDecision::Runs(format!(
-                "{n} characteristics by their tangents under the mean loads"
-            )),
+            n => StageDecision::Runs(format!("{n} characteristics linearised at the mean loads")),
         },
         (_, true) => StageDecision::LeftOut(format!(
-            "no load is stated: {contacts} contacts with play are closed on their drive flanks"
+            "no load is stated: {contacts} contacts with play assumed closed on their drive flanks"
         )),
         (_, false) => {
             let count = |state| {
@@ -231,10 +230,13 @@ fn massless(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match machine.model.massless.len() {
         0 => StageDecision::LeftOut("every degree of freedom has inertia".to_string()),
         n => StageDecision::Runs(format!(
-            "{n} degrees of freedom without inertia follow statically"
+            "{n} degrees of freedom without inertia condensed statically"
         )),
     }
 }
+
+/// Solver of the modes of a tree.
+const ONE_BY_ONE: &str = "bisection and inverse iteration on the tree, one by one";
 
 fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if uses_iteration(prepared_machine, study) {
@@ -250,29 +252,35 @@ fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecisio
     StageDecision::Runs(match undamped_solver(study) {
         UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
         UndampedSolver::Symmetric(_) => {
-            format!("all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}")
+            let is_tree = prepared_machine
+                .forest
+                .as_ref()
+                .is_some_and(|f| f.n_loops() == 0);
+            let solver = match is_tree && n == prepared_machine.model.n && n >= MIN_TREE_NODES {
+                true => ONE_BY_ONE,
+                false => "the symmetric eigenproblem",
+            };
+            format!("all {n}, by {solver}, frequencies from energies; {kind}")
         }
     })
 }
 
 fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if !uses_iteration(machine, study) {
-        return StageDecision::LeftOut("all modes are found at once".to_string());
+        return StageDecision::LeftOut("all modes are computed".to_string());
     }
     let count = study.lowest.map_or(DEFAULT_MODE_COUNT, |n| n as usize);
     let which = match study.near {
         Some(omega) => format!("{count} nearest {:.6} Hz", omega / std::f64::consts::TAU),
         None => format!("the lowest {count}"),
     };
-    let how = match &machine.forest {
-        Some(forest) if forest.n_loops() == 0 => {
-            "a tree eliminated without subtraction".to_string()
-        }
-        Some(forest) => format!("a tree with {} loops", forest.n_loops()),
-        None => "sparse LDLᵀ".to_string(),
+    let solver = match &machine.forest {
+        Some(forest) if forest.n_loops() == 0 && study.near.is_none() => ONE_BY_ONE.to_string(),
+        Some(forest) => format!("Lanczos on a tree with {} loops", forest.n_loops()),
+        None => "Lanczos on sparse LDLᵀ".to_string(),
     };
     StageDecision::Runs(format!(
-        "{which} of {}, by Lanczos on {how}, checked by a Sturm count",
+        "{which} of {}, by {solver}, checked by a Sturm count",
         machine.model.n
     ))
 }
@@ -302,14 +310,14 @@ fn complex(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     }
     if !reasons.is_empty() {
         let losses = match !study.damped && machine.model.is_damped(&machine.machine) {
-            true => "; losses are not counted, --damped counts them",
+            true => "; damping is neglected, --damped includes it",
             false => "",
         };
         return StageDecision::Runs(format!("because of {}{losses}", reasons.join(", ")));
     }
     StageDecision::LeftOut(match (study.damped, study.speed.is_some()) {
-        (true, _) => "nothing damps".to_string(),
-        (_, true) => "nothing tilts while it spins".to_string(),
+        (true, _) => "no damping".to_string(),
+        (_, true) => "no spinning body tilts".to_string(),
         _ => "damping was not requested; real modes suffice".to_string(),
     })
 }
@@ -320,7 +328,7 @@ fn energies(_: &PreparedMachine, _: &ModesStudy) -> StageDecision {
 
 fn sensitivities(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     match complex(machine, study) {
-        StageDecision::Runs(_) => StageDecision::LeftOut("defined here for real modes".to_string()),
+        StageDecision::Runs(_) => StageDecision::LeftOut("defined for real modes only".to_string()),
         StageDecision::LeftOut(_) => {
             StageDecision::Runs("of every frequency to every element".to_string())
         }

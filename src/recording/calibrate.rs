@@ -50,19 +50,19 @@ pub fn for_channel(
             None if found.unit.is_empty() => 1.0,
             _ => {
                 let message = format!(
-                    "channel \"{name}\" is in {}, not in volts, and takes no sensitivity",
+                    "channel \"{name}\" is in {}, not in volts: a sensitivity does not apply",
                     found.unit
                 );
                 return Err(Error::new(Code::WrongUnit, message).with_hint(
-                    "leave the sensitivity out, or state that the numbers are volts: --unit NAME=V",
+                    "omit the sensitivity, or state that the numbers are volts: --unit NAME=V",
                 ));
             }
         };
         found.factor = volts / per_unit;
         if !found.factor.is_normal() {
-            let message = format!("the sensitivity \"{sensitivity}\" of \"{name}\" cannot be");
+            let message = format!("invalid sensitivity \"{sensitivity}\" of \"{name}\"");
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("write volts, or part of them, for one unit: \"100 mV/g\""));
+                .with_hint("write V or mV per unit: \"100 mV/g\""));
         }
         found.unit = unit;
     }
@@ -73,7 +73,7 @@ pub fn for_channel(
 /// `100 mV/g`: volts for one unit, and the unit.
 fn parse_sensitivity(text: &str, channel: &str) -> Result<(f64, String), Error> {
     let wrong = || {
-        let message = format!("\"{text}\" is not the sensitivity of a sensor");
+        let message = format!("\"{text}\" is not a sensitivity");
         Error::new(Code::WrongUnit, message).with_hint(format!(
             "write volts per unit, such as --sensitivity \"{channel}=100 mV/g\""
         ))

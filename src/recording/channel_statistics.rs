@@ -5,29 +5,29 @@ use super::signals::{Channel, Recording};
 use crate::base::error::Error;
 use crate::numeric::statistics::median;
 
-/// Facts of one channel.
+/// Statistics of the samples of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelStatistics {
     /// Smallest and largest sample.
     pub range: (f64, f64),
-    /// Mean of all samples: the DC part.
+    /// Mean of all samples.
     pub mean: f64,
-    /// Root mean square about the mean.
+    /// Standard deviation.
     pub std: f64,
-    /// All samples are equal.
+    /// True if all samples are equal.
     pub constant: bool,
-    /// Root mean square of what changes from sample to sample without regularity, by the median of fourth differences: the white
-    /// noise of the channel, an upper bound of it where the signal reaches near half the rate.
+    /// Standard deviation of the white noise, by the median of fourth differences; an upper bound for signals with components near the
+    /// Nyquist frequency.
     pub noise: f64,
-    /// Clipped tops: how many, and their level.
+    /// Number of clipped extremes, and their level; `None` without clipping.
     pub clipped: Option<(usize, f64)>,
-    /// Samples at or beyond the stated overload level, and overload words.
+    /// Number of samples at or beyond the stated overload level, plus overload words of the file.
     pub overloads: usize,
-    /// No sample is a number.
+    /// True if no sample is finite.
     pub empty: bool,
 }
 
-/// Surveys a channel over the segments of its recording.
+/// Computes the statistics of a channel over the segments of its recording.
 ///
 /// # Errors
 /// The samples cannot be read.
@@ -39,7 +39,7 @@ pub fn channel_statistics(
     let (mut moments, mut overloads) = (Moments::default(), channel.overloads);
     let (mut fourths, mut finite) = (Vec::new(), Vec::new());
     recording.each_block(channel, |_, block, _| {
-        for part in block.chunks(PART) {
+        for part in block.chunks(PART_LEN) {
             finite.clear();
             finite.extend(part.iter().copied().filter(|x| x.is_finite()));
             low = finite.iter().fold(low, |a, &x| if x < a { x } else { a });
@@ -71,9 +71,9 @@ pub fn channel_statistics(
     let clipped = match constant || empty {
         true => None,
         false => {
-            let mut extremes = ClippingDetector::new((low, high), resolution);
-            recording.each_block(channel, |_, block, _| extremes.push(block))?;
-            clipping::clipped_tops(&extremes)
+            let mut detector = ClippingDetector::new((low, high), resolution);
+            recording.each_block(channel, |_, block, _| detector.push(block))?;
+            clipping::clipped_tops(&detector)
         }
     };
     Ok(ChannelStatistics {
@@ -88,14 +88,14 @@ pub fn channel_statistics(
     })
 }
 
-/// Root mean square of a channel about its mean, in one reading of its samples; 0 where none is a number.
+/// Standard deviation of a channel in a single pass over its samples; 0 if no sample is finite.
 ///
 /// # Errors
 /// The samples cannot be read.
 pub fn standard_deviation(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
     let (mut moments, mut finite) = (Moments::default(), Vec::new());
     recording.each_block(channel, |_, block, _| {
-        for part in block.chunks(PART) {
+        for part in block.chunks(PART_LEN) {
             finite.clear();
             finite.extend(part.iter().copied().filter(|x| x.is_finite()));
             moments.add(&finite);
@@ -104,10 +104,10 @@ pub fn standard_deviation(recording: &Recording, channel: &Channel) -> Result<f6
     Ok(moments.standard_deviation())
 }
 
-/// Samples whose sums are taken together: they fit the fastest cache.
-const PART: usize = 2048;
+/// Number of samples per partial sum: they fit the first-level cache.
+const PART_LEN: usize = 2048;
 
-/// Count, mean and sum of squares about the mean, combined part by part (Chan, Golub and LeVeque 1983, The American Statistician 37,
+/// Count, mean and sum of squares about the mean, combined over parts (Chan, Golub and LeVeque 1983, The American Statistician 37,
 /// 242–247, eq. 2.1).
 #[derive(Default)]
 struct Moments {
@@ -136,7 +136,7 @@ impl Moments {
     }
 }
 
-/// The sum of a term over samples, in eight interleaved sums.
+/// Sum of a term over samples, in eight interleaved partial sums.
 fn sum(samples: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     let (eights, rest) = samples.as_chunks::<8>();
     let mut sums = [0.0; 8];
@@ -148,9 +148,9 @@ fn sum(samples: &[f64], term: impl Fn(f64) -> f64) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().map(|&x| term(x)).sum::<f64>()
 }
 
-/// Standard deviation of white noise whose fourth differences have this median size.
+/// Standard deviation of white noise from the absolute values of its fourth differences.
 fn noise_std(fourths: &mut [f64]) -> f64 {
-    // Σ(1,4,6,4,1)² = 70; a normal variable is above 0.6745 of its deviation half of the time.
+    // Σ(1,4,6,4,1)² = 70; the median of |x| of a normal variable is 0.6745 of its standard deviation.
     median(fourths).map_or(0.0, |median| median / 70f64.sqrt() / 0.674_489_75)
 }
 
@@ -163,21 +163,21 @@ mod tests {
         channel_statistics(&recording, &recording.channels[0]).unwrap()
     }
 
-    /// Parts far from zero and from each other: the sums of the whole, where plain sums of squares would keep no digit.
+    /// Moments of parts far from zero and from each other; plain sums of squares would lose all digits.
     #[test]
     fn exact_moments_of_parts() {
         let x: Vec<f64> = (0..10_000)
             .map(|k| 1e9 + f64::from(k % 7) + if k < 3000 { 0.0 } else { 50.0 })
             .collect();
-        let found = statistics_of_segment(&x);
+        let stats = statistics_of_segment(&x);
         let n = x.len() as f64;
         let mean = x.iter().map(|x| x - 1e9).sum::<f64>() / n;
         let square = x.iter().map(|x| (x - 1e9 - mean).powi(2)).sum::<f64>();
-        assert!((found.mean - 1e9 - mean).abs() < 1e-6, "{}", found.mean);
+        assert!((stats.mean - 1e9 - mean).abs() < 1e-6, "{}", stats.mean);
         assert!(
-            (found.std / (square / n).sqrt() - 1.0).abs() < 1e-9,
+            (stats.std / (square / n).sqrt() - 1.0).abs() < 1e-9,
             "{}",
-            found.std
+            stats.std
         );
     }
 
@@ -189,9 +189,9 @@ mod tests {
         let x: Vec<f64> = (0..100_000)
             .map(|k| 3.0 + (0.01 * f64::from(k)).sin() + 0.1 * normal())
             .collect();
-        let found = statistics_of_segment(&x);
-        assert!((found.mean - 3.0).abs() < 0.01);
-        assert!((found.noise / 0.1 - 1.0).abs() < 0.03, "{}", found.noise);
+        let stats = statistics_of_segment(&x);
+        assert!((stats.mean - 3.0).abs() < 0.01);
+        assert!((stats.noise / 0.1 - 1.0).abs() < 0.03, "{}", stats.noise);
         assert!(statistics_of_segment(&[2.0; 50]).constant);
     }
 }

@@ -69,7 +69,7 @@ pub fn find_log_member<R: Read + Seek>(
         _ => Err(Error::new(
             Code::UnknownFormat,
             format!(
-                "{path} holds {} files: {}",
+                "{path} contains {} files: {}",
                 members.len(),
                 text::quoted_list(members.iter().map(|m| m.1.as_str()))
             ),

@@ -293,13 +293,13 @@ impl Faults {
         let warning = |s: &StuckInterval| {
             let channel = &recording.channels[s.channel];
             let (start, end) = (
-                recording.moment(s.range.start),
-                recording.moment(s.range.end - 1),
+                recording.sample_time(s.range.start),
+                recording.sample_time(s.range.end - 1),
             );
             let file = start.file.map_or(String::new(), |f| format!(" of {f}"));
             let treated = match (is_excluded && s.is_proven, s.is_proven) {
                 (true, _) => "; this time is left out",
-                (false, true) => ", while another channel moves",
+                (false, true) => ", while another channel varies",
                 (false, false) => "",
             };
             let message = format!(
@@ -323,7 +323,7 @@ impl Faults {
     }
 
     /// Number of clipped peaks and level per channel, as text; `None` without clipping.
-    pub fn clipped_in_words(&self, recording: &Recording) -> Option<String> {
+    pub fn clipping_text(&self, recording: &Recording) -> Option<String> {
         let text = |c: &ClippedInterval| {
             let channel = &recording.channels[c.channel];
             let unit = match channel.unit.as_str() {

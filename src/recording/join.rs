@@ -38,7 +38,7 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
         refuse_different(&joined, &next).map_err(|e| e.with_file(&path))?;
         let print = fingerprint(&next)?;
         if let Some((other, _)) = prints.iter().find(|(_, p)| *p == print) {
-            let message = format!("{path} and {other} hold the same samples");
+            let message = format!("{path} and {other} contain the same samples");
             return Err(Error::new(Code::Conflict, message).with_hint(
                 "name each record once: a record that counts twice makes intervals too narrow",
             ));

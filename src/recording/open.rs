@@ -44,7 +44,7 @@ pub fn open_with_progress(
 fn open_file(path: &str, options: &ReadOptions, progress: &dyn Fn(f64)) -> Result<RawLog, Errors> {
     let missing =
         |message: String, hint: &str| Error::new(Code::FileMissing, message).with_hint(hint);
-    const HINT_RELATIVE_PATH: &str = "paths are taken from the folder the command is run in";
+    const HINT_RELATIVE_PATH: &str = "paths are relative to the working folder";
     const HINT_PERMISSION: &str = "the file exists: ask its owner for read permission";
     let unreadable = |e: io::Error| {
         let is_kept = e.kind() == io::ErrorKind::PermissionDenied;
@@ -151,7 +151,7 @@ fn read_stream(
     let head = read_prefix(path, reader)?;
     let packed = head.starts_with(compression::GZIP) || head.starts_with(compression::ZIP);
     if packed && depth == 0 {
-        let message = format!("{path} holds archives within archives");
+        let message = format!("{path} contains nested archives");
         return Err(Error::new(Code::UnknownFormat, message)
             .with_hint("unpack it and name the log inside")
             .into());

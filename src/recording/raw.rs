@@ -1,4 +1,4 @@
-//! Log file as written: values, units and time stamps, no repair applied.
+//! Log file as written: values, units and time stamps before any repair.
 
 use super::frequency_responses::{FrequencyResponses, StoredSpectrum};
 use super::geometry::Geometry;
@@ -7,57 +7,57 @@ use super::sample_column::SampleColumn;
 use super::stated_rates::StatedRate;
 use crate::base::error::{Diagnostic, Error};
 
-/// Contents of one file as interpreted by a reader.
+/// Contents of one log file as interpreted by a reader.
 #[derive(Debug, Default)]
 pub struct RawLog {
-    /// The file, as the user named it.
+    /// Path of the file as the user named it.
     pub path: String,
     /// Format and dialect as text: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
-    /// Layout of the text, to be reused as options.
+    /// Layout of a text file, reusable as options.
     pub text_dialect: TextDialect,
     /// Header entries other than channels and rate, as written: date, operator, instrument.
     pub metadata: Vec<(String, String)>,
-    /// Channels, grouped by the clock they share; nearly always one group.
+    /// Channels, grouped by their common clock; usually one group.
     pub groups: Vec<ChannelGroup>,
-    /// Columns that are no channels: their names, and why (`holds words`).
+    /// Columns that are not channels: name and reason (`holds words`).
     pub skipped_columns: Vec<(String, &'static str)>,
-    /// Frequency responses, where the file holds them.
+    /// Frequency responses, if the file holds any.
     pub responses: Option<FrequencyResponses>,
-    /// Spectra, where the file holds them.
+    /// Spectra of the file.
     pub spectra: Vec<StoredSpectrum>,
-    /// Points, lines and channels of the test, where the file holds them.
+    /// Test geometry of the file: points, lines and channels.
     pub geometry: Geometry,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// Parts passed over or changed on reading (footer lines, cells that hold no number), never silently.
+    /// Parts skipped or changed on reading: footer lines, cells without a number.
     pub repairs: Vec<Repair>,
 }
 
-/// Layout of a text file; nothing of other formats.
+/// Layout of a text file; all fields are `None` for other formats.
 #[derive(Debug, Default)]
 pub struct TextDialect {
-    /// Between cells; none of a single column.
+    /// Delimiter between cells; `None` for a single column.
     pub delimiter: Option<char>,
-    /// `.` or `,`.
+    /// Decimal mark, `.` or `,`.
     pub decimal: Option<char>,
-    /// A label of the encoding standard.
+    /// Encoding, as a label of the encoding standard.
     pub encoding: Option<String>,
-    /// Lines above the first line of numbers.
+    /// Number of lines above the first line of numbers.
     pub header_lines: Option<usize>,
 }
 
 /// Channels sampled by one clock.
 #[derive(Debug, Default)]
 pub struct ChannelGroup {
-    /// Timing information stated by the file.
+    /// Timing information of the file.
     pub timing: RawTiming,
-    /// The channels, of equal length.
+    /// Channels, of equal length.
     pub channels: Vec<RawChannel>,
 }
 
 impl ChannelGroup {
-    /// Rows of its channels.
+    /// Number of samples of each channel.
     pub fn rows(&self) -> usize {
         self.channels.first().map_or(0, |c| c.samples.len())
     }
@@ -66,36 +66,36 @@ impl ChannelGroup {
 /// One channel as written.
 #[derive(Debug, Default)]
 pub struct RawChannel {
-    /// Channel name; made up from the column number where the file has none (`column 3`).
+    /// Channel name; by default from the column number (`column 3`).
     pub name: String,
-    /// Unit as written; empty where the file has none.
+    /// Unit as written; empty if the file states none.
     pub unit: String,
-    /// Values as written; NaN where a cell is blank, `NaN` or an overload word.
+    /// Values as written; NaN for cells that are blank, `NaN` or an overload word.
     pub samples: SampleColumn,
-    /// Number of cells that were an overload word.
+    /// Number of cells with an overload word.
     pub overloads: usize,
 }
 
-/// Timing information a file gives for the clock of its channels.
+/// Timing information of a file for the clock of a channel group.
 #[derive(Debug, Default)]
 pub struct RawTiming {
-    /// The stamps of the rows, where there are any.
+    /// Time stamps of the rows, if any.
     pub stamps: Option<TimeStamps>,
-    /// Every sample rate that the file states.
+    /// Sample rates stated by the file.
     pub stated_rates: Vec<StatedRate>,
-    /// Error of the sample rate the header states, where it states one that cannot be read.
+    /// Error of a stated sample rate that cannot be read.
     pub invalid_rate: Option<Error>,
-    /// Number of samples the header states.
+    /// Number of samples stated by the header.
     pub header_samples: Option<usize>,
     /// Date and time of the first sample as written.
     pub start: Option<String>,
-    /// Line of the file for each row.
+    /// Line number of each row.
     pub lines: LineNumbers,
-    /// Lines between the rows that repeat one of the header.
+    /// Line numbers of repeated header lines between the rows.
     pub repeated_header: Vec<usize>,
 }
 
-/// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.
+/// Converts a sample interval, s, to a sample rate, Hz, rounded to an integer within the rounding error of the division.
 pub(super) fn rate_from_interval(step_s: f64) -> f64 {
     /// Rounding of the division, and of the decimal step to binary.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -113,22 +113,22 @@ pub struct TimeStamps {
     pub name: String,
     /// Unit as written, or `date-time`.
     pub unit: String,
-    /// The first stamp as written, where text holds it.
+    /// First stamp as written in a text file.
     pub first: String,
-    /// The first stamp where stamps are numbers, s; 0 of dates and clocks.
+    /// First stamp, s; 0 for dates and times of day.
     pub first_s: f64,
-    /// Seconds since the first stamp.
+    /// Time since the first stamp, s.
     pub seconds: SampleColumn,
-    /// Value of the last digit written: stamps are rounded to it.
+    /// Resolution of the stamps, given by the last digit written.
     pub resolution: Resolution,
 }
 
-/// Line of a text file for each row, as runs of consecutive lines.
+/// Line number of each row of a text file, stored as runs (row, line) of consecutive lines.
 #[derive(Debug, Clone, Default)]
 pub struct LineNumbers(Vec<(usize, usize)>);
 
 impl LineNumbers {
-    /// Appends row `row` (from 0), which is on line `line` (from 1); rows in rising order.
+    /// Appends row `row` (from 0) on line `line` (from 1), in ascending order of rows.
     pub fn push(&mut self, row: usize, line: usize) {
         let expected = self.0.last().map(|&(r, l)| l + (row - r));
         if expected != Some(line) {
@@ -136,14 +136,14 @@ impl LineNumbers {
         }
     }
 
-    /// Appends the rows of `part` behind `rows` rows and `lines` lines.
+    /// Appends the rows of `part`, offset by `rows` rows and `lines` lines.
     pub fn append(&mut self, part: &LineNumbers, rows: usize, lines: usize) {
         for &(row, line) in &part.0 {
             self.push(rows + row, lines + line);
         }
     }
 
-    /// The line of a row; `None` for files that are not text.
+    /// Line number of a row; `None` for binary files.
     pub fn line_of_row(&self, row: usize) -> Option<usize> {
         let run = self.0.partition_point(|&(r, _)| r <= row).checked_sub(1)?;
         self.0.get(run).map(|&(r, l)| l + (row - r))
@@ -153,8 +153,8 @@ impl LineNumbers {
 /// A change made to the data, included in every report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repair {
-    /// A word: `resampled`, `gap-split`, `gap-filled`, `cells-missing`, `footer-skipped`, `detrended`, `decimated`.
+    /// Kind: `resampled`, `gap-split`, `gap-filled`, `cells-missing`, `footer-skipped`, `detrended`, `decimated`.
     pub kind: &'static str,
-    /// The change, its place, and the size of its error.
+    /// Description of the change with its place and error.
     pub message: String,
 }

@@ -1,123 +1,123 @@
-//! Options for reading a log, from flags or the `[log]` table of a sidecar file; `None`: detected.
+//! Options for reading a log, from flags or from the `[log]` table of a sidecar file.
 
 use std::path::PathBuf;
 
 use super::geometry::Geometry;
 use super::raw::Repair;
 
-/// Options for reading a log. Options that are `None` are found from the file.
+/// Options for reading a log; options that are `None` are detected from the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
     /// Layout of the text.
     pub dialect: DialectOptions,
-    /// Which rate is trusted.
+    /// Source of the sample rate.
     pub rate: Option<RateSource>,
-    /// The column of time stamps; `Some("none")` where no column is one.
+    /// Column of the time stamps; `Some("none")` for a file without time stamps.
     pub time_column: Option<String>,
     /// Unit of the time stamps, such as `ms`.
     pub time_unit: Option<String>,
-    /// Options of single channels.
+    /// Options of individual channels.
     pub channels: Vec<ChannelOptions>,
-    /// Points, lines and channels of the test.
+    /// Geometry of the test: points, lines, channels.
     pub geometry: Geometry,
-    /// Only these channels are kept, in this order; all where empty.
+    /// Selected channels, in this order; all channels if empty.
     pub keep_channels: Vec<String>,
     /// Treatment of gaps.
     pub gaps: GapPolicy,
-    /// Nothing before this time is kept, s from the first sample.
+    /// Start of the analysed part, s from the first sample.
     pub from_s: Option<f64>,
-    /// Nothing from this time on is kept, s from the first sample.
+    /// End of the analysed part, s from the first sample.
     pub to_s: Option<f64>,
-    /// The part used begins where a channel reaches a level.
+    /// Trigger that starts the analysed part.
     pub trigger: Option<Trigger>,
-    /// The logs of one test that these settings are for, where a sidecar lists them.
+    /// Logs of one test to which the options apply, if a sidecar lists them.
     pub files: Vec<PathBuf>,
-    /// The transducer that is at another point in each of these logs.
+    /// Transducer that moves from point to point between these logs.
     pub roving: Option<Roving>,
-    /// Sidecar files read for these options, included in every report.
+    /// Reports of the sidecar files from which the options were read.
     pub sidecar_reports: Vec<Repair>,
 }
 
-/// The transducer that is at another point in every file of a test.
+/// Roving transducer of a test with several files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Roving {
-    /// The force, as of a roving hammer.
+    /// Force transducer, such as a roving hammer.
     Input,
-    /// The sensor of the response.
+    /// Response transducer.
     Output,
 }
 
-/// A level that begins the part of a log that is used.
+/// Trigger level of a channel that starts the analysed part of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trigger {
-    /// The channel.
+    /// Name of the trigger channel.
     pub channel: String,
-    /// The size its numbers reach.
+    /// Absolute value that the samples reach.
     pub level: f64,
-    /// Time kept before the trigger, s.
+    /// Pre-trigger time, s.
     pub before_s: f64,
 }
 
 impl ReadOptions {
-    /// The channels to read: those kept, then the one that triggers; all where none is named.
+    /// Channels to read: the selected channels, then the trigger channel; empty for all channels.
     pub fn channels_to_read(&self) -> Vec<String> {
-        let mut read = self.keep_channels.clone();
-        let own = self.trigger.iter().map(|t| &t.channel);
-        let more: Vec<&String> = own.filter(|t| !read.contains(t)).collect();
-        if !read.is_empty() {
-            read.extend(more.into_iter().cloned());
+        let mut names = self.keep_channels.clone();
+        let trigger = self.trigger.iter().map(|t| &t.channel);
+        let additional: Vec<&String> = trigger.filter(|t| !names.contains(t)).collect();
+        if !names.is_empty() {
+            names.extend(additional.into_iter().cloned());
         }
-        read
+        names
     }
 }
 
 /// Layout of a text log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DialectOptions {
-    /// Between cells.
+    /// Delimiter of the cells.
     pub delimiter: Option<char>,
-    /// `.` or `,`.
+    /// Decimal mark, `.` or `,`.
     pub decimal: Option<char>,
-    /// A label of the encoding standard, such as `latin1`, `gbk`, `utf-16le`.
+    /// Label of the Encoding Standard, such as `latin1`, `gbk`, `utf-16le`.
     pub encoding: Option<String>,
-    /// Lines above the first line of numbers.
+    /// Number of lines above the first data row.
     pub header_lines: Option<usize>,
-    /// Whether `03/04/2023` is the third of April; where the data do not tell.
+    /// True if `03/04/2023` is 3 April; used for ambiguous dates.
     pub day_first: Option<bool>,
 }
 
 /// Source of the sample rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RateSource {
-    /// This, Hz.
+    /// Stated rate, Hz.
     Hertz(f64),
-    /// The time stamps.
+    /// Time stamps.
     TimeStamps,
-    /// The rate stated in the header.
+    /// Rate stated in the header.
     Header,
 }
 
 /// Options of one channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelOptions {
-    /// Channel name in the file.
+    /// Name of the channel in the file.
     pub name: String,
-    /// Name of the channel after renaming.
+    /// New name of the channel.
     pub rename: Option<String>,
-    /// The unit its numbers are in, instead of what the file says.
+    /// Unit of the samples, replacing that of the file.
     pub unit: Option<String>,
-    /// Sensitivity of the sensor as text, such as `"100 mV/g"`: numbers in V divided by it are the quantity.
+    /// Sensitivity of the transducer as text, such as `"100 mV/g"`; samples in V are divided by it.
     pub sensitivity: Option<String>,
-    /// Numbers at or beyond this size are overloads.
+    /// Overload level: absolute value at or beyond which a sample is an overload.
     pub overload: Option<f64>,
 }
 
-/// Treatment of samples that are missing.
+/// Treatment of missing samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GapPolicy {
-    /// The recording is divided into segments; averages are taken inside each.
+    /// Gaps split the recording into segments; averages use blocks within a segment.
     #[default]
     Split,
-    /// Straight lines bridge them, and this is reported.
+    /// Linear interpolation fills the gaps; a repair is reported.
     Fill,
 }

@@ -6,45 +6,45 @@ use super::sample_column::SampleColumn;
 use crate::base::error::Error;
 use crate::numeric::band_limited::BandLimitedInterpolator;
 
-/// Neighbours each value is made from.
+/// Number of samples that contribute to each value.
 const KERNEL_LEN: usize = 32;
 
-/// Values at either end of a segment that have fewer neighbours on one side.
+/// Number of values at either end of a segment whose kernel is one-sided.
 pub const HALF_KERNEL: usize = KERNEL_LEN / 2;
 
-/// Bands tried from the widest, as parts of the rate; half of it could be had from endless even samples only.
+/// Candidate bands relative to the sample rate, widest first; the limit of 0.5 requires an infinite number of uniform samples.
 const BAND_EDGES: [f64; 6] = [0.4, 0.36, 0.32, 0.28, 0.24, 0.2];
 
-/// The error a band is taken for: −80 dB, below the noise of 16-bit converters in practice.
+/// Largest relative error of an accepted band: −80 dB, below the noise of 16-bit converters in practice.
 const MAX_BAND_ERROR: f64 = 1e-4;
 
-/// Rows of stamps held at once.
+/// Number of rows per block.
 const BLOCK: usize = 1 << 14;
 
-/// Fidelity of a resampled signal.
+/// Interpolation error of a resampled signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResamplingError {
-    /// Up to here the signal is kept, Hz.
+    /// Upper frequency limit of the band, Hz.
     pub band_hz: f64,
-    /// The largest rms error of a value relative to a signal spread over the band, where it has neighbours on both sides.
+    /// Largest rms error of a value with a two-sided kernel, relative to the rms of a signal with a uniform spectrum in the band.
     pub error: f64,
-    /// The same of the first and last values of a segment, [`HALF_KERNEL`] to either end.
+    /// Largest relative rms error of the first and last values of a segment, [`HALF_KERNEL`] at either end.
     pub error_at_ends: f64,
 }
 
-/// A uniform grid laid over one segment of stamps.
+/// Uniform time grid over one segment of time stamps.
 #[derive(Debug, Clone)]
 pub struct UniformGrid {
     /// Rows of the segment.
     pub rows: Range<usize>,
     /// Time of the first value, s.
     pub start_s: f64,
-    /// Values.
+    /// Number of values.
     pub count: usize,
 }
 
-/// The widest band that `MAX_BAND_ERROR` can be kept in, judged at windows spread over the segment; the narrowest where none is
-/// good.
+/// Widest candidate band, Hz, with an error up to `MAX_BAND_ERROR` in windows distributed over the segment; the narrowest candidate if
+/// none satisfies it.
 ///
 /// # Errors
 /// The stamps cannot be read.
@@ -52,23 +52,23 @@ pub fn best_band(seconds: &SampleColumn, rows: &Range<usize>, rate_hz: f64) -> R
     const TRIAL_WINDOWS: usize = 64;
     let points = KERNEL_LEN.min(rows.len());
     let mut times = vec![0.0; points];
-    'bands: for part in BAND_EDGES {
-        let mut interpolator = BandLimitedInterpolator::new(part * rate_hz, points);
-        let spare = rows.len() - points;
-        for place in 0..=TRIAL_WINDOWS.min(spare) {
-            let start = rows.start + spare * place / TRIAL_WINDOWS.min(spare).max(1);
+    'bands: for share in BAND_EDGES {
+        let mut interpolator = BandLimitedInterpolator::new(share * rate_hz, points);
+        let last_start = rows.len() - points;
+        for trial in 0..=TRIAL_WINDOWS.min(last_start) {
+            let start = rows.start + last_start * trial / TRIAL_WINDOWS.min(last_start).max(1);
             seconds.read(start, &mut times)?;
             let middle = 0.5 * (times[(points - 1) / 2] + times[points / 2]);
             if interpolator.weights(&times, middle).1 > MAX_BAND_ERROR {
                 continue 'bands;
             }
         }
-        return Ok(part * rate_hz);
+        return Ok(share * rate_hz);
     }
     Ok(BAND_EDGES[BAND_EDGES.len() - 1] * rate_hz)
 }
 
-/// Resamples several columns of one segment together, since they share the weights; appends to `outputs`.
+/// Resamples several columns of one segment with common weights and appends the values to `outputs`.
 ///
 /// # Errors
 /// Samples cannot be read or written.
@@ -88,45 +88,45 @@ pub fn resample(
         error: 0.0,
         error_at_ends: 0.0,
     };
-    let mut ready: Vec<Vec<f64>> = vec![Vec::with_capacity(BLOCK); columns.len()];
-    let mut nearest = grid.rows.start;
+    let mut pending: Vec<Vec<f64>> = vec![Vec::with_capacity(BLOCK); columns.len()];
+    let mut row = grid.rows.start;
     for i in 0..grid.count {
-        let at = grid.start_s + i as f64 / rate_hz;
-        // The row whose stamp is the last at or before `at`.
+        let time = grid.start_s + i as f64 / rate_hz;
+        // The row whose stamp is the last at or before `time`.
         loop {
-            window.load_around(seconds, columns, nearest, points)?;
-            if nearest + 1 >= grid.rows.end || window.time(nearest + 1) > at {
+            window.load_around(seconds, columns, row, points)?;
+            if row + 1 >= grid.rows.end || window.time(row + 1) > time {
                 break;
             }
-            nearest += 1;
+            row += 1;
         }
-        let first = (nearest + 1)
+        let first = (row + 1)
             .saturating_sub(points / 2)
             .clamp(grid.rows.start, grid.rows.end - points);
-        let local = first - window.start;
-        let (weights, error) = interpolator.weights(&window.times[local..local + points], at);
-        // The outermost values of a segment have fewer neighbours on one side.
-        let inside = first > grid.rows.start && first + points < grid.rows.end;
-        let worst = match inside {
+        let offset = first - window.start;
+        let (weights, error) = interpolator.weights(&window.times[offset..offset + points], time);
+        // The kernel of the outermost values of a segment is one-sided.
+        let is_two_sided = first > grid.rows.start && first + points < grid.rows.end;
+        let max_error = match is_two_sided {
             true => &mut quality.error,
             false => &mut quality.error_at_ends,
         };
-        *worst = worst.max(error);
-        for (values, ready) in window.values.iter().zip(&mut ready) {
-            let near = &values[local..local + points];
-            ready.push(weights.iter().zip(near).map(|(w, x)| w * x).sum());
+        *max_error = max_error.max(error);
+        for (values, pending) in window.values.iter().zip(&mut pending) {
+            let neighbours = &values[offset..offset + points];
+            pending.push(weights.iter().zip(neighbours).map(|(w, x)| w * x).sum());
         }
-        if ready.first().is_some_and(|r| r.len() == BLOCK) || i + 1 == grid.count {
-            for (output, ready) in outputs.iter_mut().zip(&mut ready) {
-                output.push(ready)?;
-                ready.clear();
+        if pending.first().is_some_and(|r| r.len() == BLOCK) || i + 1 == grid.count {
+            for (output, pending) in outputs.iter_mut().zip(&mut pending) {
+                output.push(pending)?;
+                pending.clear();
             }
         }
     }
     Ok(quality)
 }
 
-/// The stamps and samples about the place being interpolated.
+/// Time stamps and samples around the interpolated instant.
 struct KernelWindow {
     rows: Range<usize>,
     start: usize,
@@ -148,7 +148,7 @@ impl KernelWindow {
         self.times[row - self.start]
     }
 
-    /// Makes sure that `points` rows on both sides of `row` are held, as far as there are any.
+    /// Loads the rows so that `points` rows on both sides of `row` are available within the segment.
     fn load_around(
         &mut self,
         seconds: &SampleColumn,
@@ -156,8 +156,8 @@ impl KernelWindow {
         row: usize,
         points: usize,
     ) -> Result<(), Error> {
-        let last = (row + points + 2).min(self.rows.end);
-        if last <= self.start + self.times.len() {
+        let end = (row + points + 2).min(self.rows.end);
+        if end <= self.start + self.times.len() {
             return Ok(());
         }
         let start = row.saturating_sub(2 * points).max(self.rows.start);
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A sine sampled at jittered instants comes out on the grid to the stated error.
+    /// A sine sampled at jittered instants is reproduced on the grid within the stated error.
     #[test]
     fn exact_sine_from_jittered_stamps() {
         let mut random = fastrand::Rng::with_seed(11);
@@ -207,9 +207,9 @@ mod tests {
             .map(|i| (y[i] - wave(i as f64 / rate)).abs())
             .fold(0.0, f64::max);
         assert!(worst < 10.0 * error, "{worst} {error}");
-        let wrong = |i: usize| (y[i] - wave(i as f64 / rate)).abs();
+        let error_at = |i: usize| (y[i] - wave(i as f64 / rate)).abs();
         let ends = (0..HALF_KERNEL).chain(40_000 - HALF_KERNEL..40_000);
-        let worst = ends.map(wrong).fold(0.0, f64::max);
+        let worst = ends.map(error_at).fold(0.0, f64::max);
         assert!(worst < 3.0 * quality.error_at_ends, "{worst} {quality:?}");
     }
 }

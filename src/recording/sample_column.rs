@@ -1,4 +1,4 @@
-//! Append-only storage of samples: in memory while short, then spilled to an anonymous temporary file.
+//! Append-only storage of samples: short columns in memory, long ones in an anonymous temporary file.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,29 +9,29 @@ use std::sync::{Mutex, PoisonError};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Samples held in memory by all columns together before the longest-growing ones move to files: 256 MB.
+/// Number of samples of all columns in memory above which growing columns are written to files: 256 MB.
 const MAX_SAMPLES_IN_MEMORY: usize = 32 << 20;
 
-/// Samples of a column in a file that wait in memory to be written together: 512 kB.
+/// Write buffer of a column with a file, samples: 512 kB.
 const WRITE_BUFFER_SAMPLES: usize = 64 << 10;
 
-/// Samples in the memory of all columns of the process.
+/// Number of samples in memory of all columns of the process.
 static SAMPLES_IN_MEMORY: AtomicUsize = AtomicUsize::new(0);
 
-/// Samples, appended at the end and read in blocks. Several threads may read at once.
+/// Column of samples, appended at the end and read in blocks; several threads may read concurrently.
 #[derive(Debug, Default)]
 pub struct SampleColumn {
-    /// Samples `written..len`; all of them while there is no file.
+    /// Samples `written..len`; all samples of a column without file.
     memory: Vec<f64>,
-    /// Part of `memory` that is counted in `SAMPLES_IN_MEMORY`.
+    /// Number of samples of this column included in `SAMPLES_IN_MEMORY`.
     counted: usize,
-    /// The first `written` samples, once there were too many for memory.
+    /// File of the first `written` samples; `None` while all samples are in memory.
     file: Option<Mutex<File>>,
     written: usize,
 }
 
 impl SampleColumn {
-    /// The samples of a slice.
+    /// Column with the samples of a slice.
     pub fn from_slice(samples: &[f64]) -> SampleColumn {
         let mut column = SampleColumn::default();
         column.memory.extend_from_slice(samples);
@@ -47,8 +47,8 @@ impl SampleColumn {
         self.memory.extend_from_slice(samples);
         if self.file.is_none() {
             self.update_memory_count();
-            let crowded = SAMPLES_IN_MEMORY.load(Ordering::Relaxed) > MAX_SAMPLES_IN_MEMORY;
-            if !crowded || self.memory.len() < WRITE_BUFFER_SAMPLES {
+            let is_over_limit = SAMPLES_IN_MEMORY.load(Ordering::Relaxed) > MAX_SAMPLES_IN_MEMORY;
+            if !is_over_limit || self.memory.len() < WRITE_BUFFER_SAMPLES {
                 return Ok(());
             }
         }
@@ -63,7 +63,7 @@ impl SampleColumn {
         self.written + self.memory.len()
     }
 
-    /// No sample.
+    /// True if the column has no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -73,13 +73,13 @@ impl SampleColumn {
     /// # Errors
     /// The temporary file cannot be read, or the block reaches beyond the end.
     pub fn read(&self, start: usize, block: &mut [f64]) -> Result<(), Error> {
-        let filed = self.written.saturating_sub(start).min(block.len());
-        let (from_file, from_memory) = block.split_at_mut(filed);
-        let held = (start + filed).saturating_sub(self.written);
-        let held = self.memory.get(held..held + from_memory.len());
-        from_memory.copy_from_slice(held.ok_or_else(|| io_error("read", &out_of_bounds_error()))?);
+        let n_from_file = self.written.saturating_sub(start).min(block.len());
+        let (from_file, from_memory) = block.split_at_mut(n_from_file);
+        let offset = (start + n_from_file).saturating_sub(self.written);
+        let tail = self.memory.get(offset..offset + from_memory.len());
+        from_memory.copy_from_slice(tail.ok_or_else(|| io_error("read", &out_of_bounds_error()))?);
         match &self.file {
-            Some(file) if filed > 0 => {
+            Some(file) if n_from_file > 0 => {
                 read_from_file(file, start, from_file).map_err(|e| io_error("read", &e))
             }
             _ => Ok(()),
@@ -92,24 +92,24 @@ impl SampleColumn {
     /// The temporary file cannot be read.
     pub fn truncate(&mut self, len: usize) -> Result<(), Error> {
         if len < self.written {
-            let kept = len - len % WRITE_BUFFER_SAMPLES;
-            let mut tail = vec![0.0; len - kept];
-            self.read(kept, &mut tail)?;
-            (self.written, self.memory) = (kept, tail);
+            let n_on_disk = len - len % WRITE_BUFFER_SAMPLES;
+            let mut tail = vec![0.0; len - n_on_disk];
+            self.read(n_on_disk, &mut tail)?;
+            (self.written, self.memory) = (n_on_disk, tail);
         } else {
             self.memory.truncate(len - self.written);
         }
         Ok(())
     }
 
-    /// Brings what is counted of this column up to date.
+    /// Updates the contribution of this column to `SAMPLES_IN_MEMORY`.
     fn update_memory_count(&mut self) {
         SAMPLES_IN_MEMORY.fetch_add(self.memory.len(), Ordering::Relaxed);
         SAMPLES_IN_MEMORY.fetch_sub(self.counted, Ordering::Relaxed);
         self.counted = self.memory.len();
     }
 
-    /// Moves what is in memory to the end of the file.
+    /// Moves the samples in memory to the end of the file.
     fn spill(&mut self) -> io::Result<()> {
         let file = match &mut self.file {
             Some(file) => file,
@@ -161,16 +161,16 @@ fn out_of_bounds_error() -> io::Error {
 }
 
 fn io_error(done: &str, why: &io::Error) -> Error {
-    /// Too many open files, of the process and of the system (errno of POSIX systems).
+    /// POSIX errno of too many open files: of the process (EMFILE), of the system (ENFILE).
     const TOO_MANY_OPEN: [i32; 2] = [24, 23];
     let folder = std::env::temp_dir();
-    let is_crowded = why
+    let is_file_limit = why
         .raw_os_error()
         .is_some_and(|n| TOO_MANY_OPEN.contains(&n));
-    let hint = match cfg!(unix) && is_crowded {
-        true => "every channel of a long log takes one open file: raise their limit (ulimit -n 4096), or take fewer channels".to_string(),
+    let hint = match cfg!(unix) && is_file_limit {
+        true => "raise the limit of open files, one per channel of a long log (ulimit -n 4096), or choose fewer channels".to_string(),
         false => format!(
-            "make room in {}, or set TMPDIR to a folder with room",
+            "free space in {}, or set TMPDIR to a folder with space",
             folder.display()
         ),
     };
@@ -185,7 +185,7 @@ fn io_error(done: &str, why: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Samples come back from file and memory alike, over the seam and from several threads.
+    /// Samples are read back unchanged from file, memory and across their boundary, by several threads.
     #[test]
     fn exact_samples_come_back_from_the_file() {
         let mut column = SampleColumn::default();
@@ -206,8 +206,8 @@ mod tests {
                     let mut block = vec![0.0; 777];
                     for start in (offset..n - 777).step_by(5003) {
                         column.read(start, &mut block).unwrap();
-                        let right = |(i, x): (usize, &f64)| *x == (start + i) as f64;
-                        assert!(block.iter().enumerate().all(right));
+                        let is_equal = |(i, x): (usize, &f64)| *x == (start + i) as f64;
+                        assert!(block.iter().enumerate().all(is_equal));
                     }
                 });
             }

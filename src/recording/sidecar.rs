@@ -1,6 +1,6 @@
-//! Reads and writes `[log]`, the TOML sidecar of a recording.
+//! Reader and writer of the TOML sidecar of a recording, with tables `[log]` and `[[channel]]`.
 //!
-//! A sidecar has the log's name and ends in `.toml`.
+//! A sidecar has the name of the log with the extension `.toml`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,30 +29,30 @@ pub fn sidecar_path(log: &Path) -> PathBuf {
     log.with_extension("toml")
 }
 
-/// Whether a TOML file is a sidecar.
+/// Whether a TOML file is a sidecar: it has a table `log` or `channel`.
 pub fn is_sidecar(source: &Arc<SourceFile>) -> bool {
     let root = toml::parse(source).root;
     root.get("log").is_some() || root.get("channel").is_some()
 }
 
-/// Options of a log: the flags over the sidecar next to it, and the path of that, where there is one. A file of another kind under its
-/// name is passed over, and this is noted.
+/// Reads the options of a log, with flags taking precedence over its sidecar, and the path of the sidecar, if there is one.
+/// A TOML file without the tables of a sidecar is skipped with a report.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags; that it is no TOML; that it lists several logs.
+/// All errors of the sidecar and of the flags; invalid TOML; a sidecar that lists several logs.
 pub fn read_for_log(log: &Path, flags: &Flags) -> Result<(ReadOptions, Option<PathBuf>), Errors> {
     let path = sidecar_path(log);
     if !path.is_file() || path == log {
         return Ok((from_flags(flags)?, None));
     }
     let source = load::load(&path)?;
-    let broken = toml::parse(&source).syntax_error;
-    let is_other = broken.is_none() && !is_sidecar(&source);
+    let syntax_error = toml::parse(&source).syntax_error;
+    let is_other = syntax_error.is_none() && !is_sidecar(&source);
     let (mut options, message) = match is_other {
         true => (
             from_flags(flags)?,
             format!(
-                "{} holds neither [log] nor [[channel]] and is passed over",
+                "{} contains neither [log] nor [[channel]] and is ignored",
                 path.display()
             ),
         ),
@@ -72,18 +72,18 @@ pub fn read_for_log(log: &Path, flags: &Flags) -> Result<(ReadOptions, Option<Pa
     Ok((options, Some(path)))
 }
 
-/// Options of a log without a sidecar.
+/// Reads the options of a log without a sidecar.
 ///
 /// # Errors
-/// Everything wrong in the flags.
+/// All errors of the flags.
 pub fn from_flags(flags: &Flags) -> Result<ReadOptions, Errors> {
     read(&load::source_from_text(String::new(), ""), flags)
 }
 
-/// Options of the logs of one test that a file lists, their paths from its own folder; `None` where it is no such file.
+/// Reads a file that lists the logs of one test, with paths relative to its folder; `None` if it is not such a file.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags; every listed file that does not exist.
+/// All errors of the file and of the flags; every listed file that does not exist.
 pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Errors> {
     if path.extension().is_none_or(|e| e != "toml") || !path.is_file() {
         return Ok(None);
@@ -99,41 +99,41 @@ pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Erro
     }
     let missing = options.files.iter().filter(|file| !file.exists());
     let error = |file: &PathBuf| {
-        let message = format!("{} is listed and does not exist", file.display());
+        let message = format!("{} is listed but does not exist", file.display());
         Error::new(Code::FileMissing, message)
-            .with_hint("a list takes paths from its own folder")
+            .with_hint("give paths relative to the folder of the list")
             .with_file(&path.display().to_string())
     };
     Errors::into_result(missing.map(error).collect(), || ())?;
     Ok(Some(options).filter(|s| !s.files.is_empty()))
 }
 
-/// Reads a sidecar with the flags laid over its `[log]`.
+/// Reads a sidecar; flags take precedence over its `[log]`.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// All errors of the sidecar and of the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
     notes.record_units(&document);
     let span = SourceSpan::new(document.source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the sidecar", &mut notes);
-    for said in ["title", "source"] {
-        f.optional_text(said);
+    for key in ["title", "source"] {
+        f.optional_text(key);
     }
     f.item("units", "the text \"SI\"");
     f.item(
         "truth",
         "the known answer of a simulated recording, which geardyn does not read",
     );
-    let mut options = read_table(&mut f, "log", log).unwrap_or_default();
+    let mut options = read_table(&mut f, "log", read_log).unwrap_or_default();
     let mut geometry = read_geometry(&mut f);
     let channels = read_tables(&mut f, "channel", |f| channel(f, &geometry));
     f.finish();
     let mut errors = notes.errors;
     errors.extend(document.syntax_error.clone());
     Errors::into_result(errors, || ())?;
-    options = flags.read_over(&document, "log", &notes.bare_si, options, log)?;
+    options = flags.read_over(&document, "log", &notes.bare_si, options, read_log)?;
     let (channels, places): (Vec<_>, Vec<_>) = channels.into_iter().unzip();
     options.channels = merge(channels, options.channels);
     geometry.channels = places.into_iter().flatten().collect();
@@ -141,16 +141,16 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Erro
     Ok(options)
 }
 
-/// The channels, with what is stated of them elsewhere put in its place.
-fn merge(mut channels: Vec<ChannelOptions>, stated: Vec<ChannelOptions>) -> Vec<ChannelOptions> {
-    for one in stated {
-        match channels.iter_mut().find(|channel| channel.name == one.name) {
+/// Overrides the properties of channels by those stated in flags or in `[log]`.
+fn merge(mut channels: Vec<ChannelOptions>, updates: Vec<ChannelOptions>) -> Vec<ChannelOptions> {
+    for update in updates {
+        match channels.iter_mut().find(|c| c.name == update.name) {
             Some(channel) => {
-                channel.unit = one.unit.or(channel.unit.take());
-                channel.sensitivity = one.sensitivity.or(channel.sensitivity.take());
-                channel.overload = one.overload.or(channel.overload);
+                channel.unit = update.unit.or(channel.unit.take());
+                channel.sensitivity = update.sensitivity.or(channel.sensitivity.take());
+                channel.overload = update.overload.or(channel.overload);
             }
-            None => channels.push(one),
+            None => channels.push(update),
         }
     }
     channels
@@ -170,7 +170,7 @@ impl Word for Roving {
     ];
 }
 
-/// Marks between cells.
+/// Delimiters between cells, by name.
 const DELIMITERS: &[(&str, char)] = &[
     (",", ','),
     (";", ';'),
@@ -183,7 +183,7 @@ const DELIMITERS: &[(&str, char)] = &[
     (" ", ' '),
 ];
 
-fn log(f: &mut TableReader) -> ReadOptions {
+fn read_log(f: &mut TableReader) -> ReadOptions {
     let text = |f: &mut TableReader, key: &str| f.optional_text(key).map(str::to_string);
     let time = |f: &mut TableReader, key: &str, range: ValueRange| {
         f.optional_quantity(key, QuantityKind::Time, range)
@@ -198,7 +198,7 @@ fn log(f: &mut TableReader) -> ReadOptions {
     };
     f.exclusive("rate", "rate_from");
     let stated = f.optional_quantity("rate", QuantityKind::Frequency, ValueRange::Positive);
-    let from = f.word("rate_from");
+    let source = f.word("rate_from");
     let hertz = stated.map(|omega| RateSource::Hertz(omega / std::f64::consts::TAU));
     let gaps = [("split", GapPolicy::Split), ("fill", GapPolicy::Fill)];
     f.requires("pre_trigger", "trigger");
@@ -206,7 +206,7 @@ fn log(f: &mut TableReader) -> ReadOptions {
     let trigger = f.parsed("trigger", parse_level);
     ReadOptions {
         dialect,
-        rate: hertz.or(from),
+        rate: hertz.or(source),
         time_column: text(f, "time"),
         time_unit: text(f, "time_unit"),
         channels: stated_channels(f),
@@ -220,19 +220,19 @@ fn log(f: &mut TableReader) -> ReadOptions {
             level,
             before_s,
         }),
-        files: files(f),
+        files: read_files(f),
         roving: f.word("roving"),
         sidecar_reports: Vec::new(),
     }
 }
 
-/// Channels of which one thing each is stated, as `ax=g`.
+/// Reads channel properties stated as `ax=g`, one property each.
 fn stated_channels(f: &mut TableReader) -> Vec<ChannelOptions> {
-    let mut all = Vec::new();
+    let mut channels = Vec::new();
     for key in ["unit", "sensitivity", "overload"] {
         for text in f.texts(key) {
             match parse_channel(key, &text) {
-                Ok(channel) => all.push(channel),
+                Ok(channel) => channels.push(channel),
                 Err(error) => {
                     let span = f.span_of(key).clone();
                     f.push(error, &span);
@@ -240,7 +240,7 @@ fn stated_channels(f: &mut TableReader) -> Vec<ChannelOptions> {
             }
         }
     }
-    all
+    channels
 }
 
 fn parse_channel(key: &str, text: &str) -> Result<ChannelOptions, Error> {
@@ -258,7 +258,7 @@ fn parse_channel(key: &str, text: &str) -> Result<ChannelOptions, Error> {
     Ok(channel)
 }
 
-/// A channel and a level above zero of its numbers.
+/// Parses a channel and a positive level, `force=5`.
 fn parse_level(text: &str, subject: &str) -> Result<(String, f64), Error> {
     let (name, level) = parse_pair(text, subject)?;
     let level = level
@@ -276,12 +276,12 @@ fn parse_level(text: &str, subject: &str) -> Result<(String, f64), Error> {
 }
 
 fn parse_pair<'t>(text: &'t str, subject: &str) -> Result<(&'t str, &'t str), Error> {
-    // Names may hold an equals sign, units do not.
+    // Channel names may contain an equals sign, units do not.
     let pair = text
         .rsplit_once('=')
         .map(|(name, value)| (name.trim(), value.trim()));
-    let whole = pair.filter(|(name, value)| !name.is_empty() && !value.is_empty());
-    whole.ok_or_else(|| {
+    let complete = pair.filter(|(name, value)| !name.is_empty() && !value.is_empty());
+    complete.ok_or_else(|| {
         let message = format!(
             "\"{}\" does not name a channel and its property",
             truncate(text)
@@ -292,8 +292,8 @@ fn parse_pair<'t>(text: &'t str, subject: &str) -> Result<(&'t str, &'t str), Er
     })
 }
 
-/// The logs of one test, as written.
-fn files(f: &mut TableReader) -> Vec<PathBuf> {
+/// Reads the paths of the logs of one test, as written.
+fn read_files(f: &mut TableReader) -> Vec<PathBuf> {
     const TAKES: &str = "a list of files, such as [\"hit_1.csv\", \"hit_2.csv\"]";
     let Some(item) = f.item("files", TAKES) else {
         return Vec::new();
@@ -302,11 +302,11 @@ fn files(f: &mut TableReader) -> Vec<PathBuf> {
         Value::String(text) if !text.is_empty() => Some(PathBuf::from(text)),
         _ => None,
     };
-    let all: Option<Vec<PathBuf>> = match &item.value {
+    let paths: Option<Vec<PathBuf>> = match &item.value {
         Value::List(list) if !list.is_empty() => list.iter().map(path).collect(),
         _ => None,
     };
-    all.unwrap_or_else(|| f.wrong_type("files", item, TAKES).unwrap_or_default())
+    paths.unwrap_or_else(|| f.wrong_type("files", item, TAKES).unwrap_or_default())
 }
 
 fn channel(f: &mut TableReader, geometry: &Geometry) -> (ChannelOptions, Option<ChannelPlace>) {
@@ -323,7 +323,7 @@ fn channel(f: &mut TableReader, geometry: &Geometry) -> (ChannelOptions, Option<
     (options, place)
 }
 
-/// A sidecar that says what was understood of a log, for somebody to correct.
+/// Writes a sidecar with the options detected in a log, for correction by the user; `channels` are names and units.
 pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, String)]) -> String {
     let quoted = |text: &str| {
         format!(
@@ -359,7 +359,7 @@ pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, S
         let word = match delimiter {
             '\t' => "tab".to_string(),
             ' ' => "space".to_string(),
-            other => other.to_string(),
+            mark => mark.to_string(),
         };
         text += &format!("delimiter = \"{word}\"\n");
     }
@@ -384,20 +384,20 @@ pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, S
         }
     }
     for (name, unit) in channels {
-        let said = options.channels.iter().find(|c| c.name == *name);
+        let stated = options.channels.iter().find(|c| c.name == *name);
         text += &format!("\n[[channel]]\nname = {}\n", quoted(name));
-        let unit = said.and_then(|s| s.unit.as_ref()).unwrap_or(unit);
+        let unit = stated.and_then(|s| s.unit.as_ref()).unwrap_or(unit);
         text += &match unit.is_empty() {
             true => "# unit = \"\"         # not stated\n".to_string(),
             false => format!("unit = {}\n", quoted(unit)),
         };
-        if let Some(sensitivity) = said.and_then(|s| s.sensitivity.as_ref()) {
+        if let Some(sensitivity) = stated.and_then(|s| s.sensitivity.as_ref()) {
             text += &format!("sensitivity = {}\n", quoted(sensitivity));
         }
-        if let Some(rename) = said.and_then(|s| s.rename.as_ref()) {
+        if let Some(rename) = stated.and_then(|s| s.rename.as_ref()) {
             text += &format!("rename = {}\n", quoted(rename));
         }
-        if let Some(overload) = said.and_then(|s| s.overload) {
+        if let Some(overload) = stated.and_then(|s| s.overload) {
             text += &format!("overload = {overload:?}\n");
         }
     }
@@ -415,7 +415,7 @@ mod tests {
         )
     }
 
-    /// Written laws are read back unchanged.
+    /// Written sidecars are read back unchanged.
     #[test]
     fn law_round_trip() {
         let options = ReadOptions {
@@ -438,12 +438,12 @@ mod tests {
             ..ReadOptions::default()
         };
         let text = write(&options, Some(331.4), &[("ax".into(), "V".into())]);
-        let mut again = parsed(&text).unwrap();
-        if let Some(RateSource::Hertz(rate)) = &mut again.rate {
+        let mut reread = parsed(&text).unwrap();
+        if let Some(RateSource::Hertz(rate)) = &mut reread.rate {
             assert!((*rate - 331.4).abs() < 1e-12);
             *rate = 331.4;
         }
-        assert_eq!(again, options);
+        assert_eq!(reread, options);
     }
 
     #[test]

@@ -123,7 +123,7 @@ fn read_direction(f: &mut TableReader) -> Option<[f64; 3]> {
     match vector {
         Some(v) if length > 0.0 => Some(v.map(|x| x / length)),
         Some(_) => {
-            let hint = "state where positive numbers of the channel point to";
+            let hint = "state the direction of positive values of the channel";
             f.report_key(
                 Code::OutOfRange,
                 "direction",

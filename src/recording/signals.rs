@@ -8,79 +8,79 @@ use super::sample_column::SampleColumn;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error, Errors};
 
-/// Channels on a uniform time base.
+/// Channels sampled on a uniform time base, in segments without gaps.
 #[derive(Debug, Clone)]
 pub struct Recording {
-    /// The file, as the user named it.
+    /// Path of the file as the user named it.
     pub path: String,
     /// Format and dialect as text.
     pub dialect: String,
     /// Other header entries, as written.
     pub metadata: Vec<(String, String)>,
-    /// Samples a second, Hz.
+    /// Sampling rate, Hz.
     pub rate_hz: f64,
     /// Source of the rate, as text: `by regression over 12 403 stamps`.
     pub rate_source: String,
-    /// Standard deviation of the rate, relative; zero where it is stated.
+    /// Relative standard deviation of the rate; zero for a stated rate.
     pub rate_std: f64,
-    /// Samples of every channel.
+    /// Number of samples of every channel.
     pub samples: usize,
-    /// Segments without a gap, in samples, rising; at least one.
+    /// Sample ranges of the segments without gaps, ascending; at least one.
     pub segments: Vec<Range<usize>>,
-    /// Start of each segment, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
+    /// Start of each segment, in steps of 1/rate from the first sample of its file; fractional after a gap of fractional length.
     pub segment_starts: Vec<f64>,
     /// Date and time of the log's first sample as written.
     pub start: Option<String>,
-    /// The files that the samples come from, in their order; empty where they come from no file.
+    /// Source files of the samples, in order; empty without files.
     pub files: Vec<LogFile>,
     /// The channels.
     pub channels: Vec<Channel>,
-    /// Everything done to the data.
+    /// Repairs made to the data.
     pub repairs: Vec<Repair>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A file and its samples within a recording.
+/// Source file with its sample range within a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogFile {
-    /// The file, as the user named it.
+    /// Path of the file as the user named it.
     pub path: String,
-    /// Sample range among those of the recording.
+    /// Sample range within the recording.
     pub samples: Range<usize>,
-    /// Time of its first sample as written, s; 0 where the file has no stamps, or dates.
+    /// Time of its first sample as written, s; 0 for dates or without stamps.
     pub first_s: f64,
 }
 
-/// When a sample was taken.
+/// Acquisition time of a sample.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Moment {
-    /// The file that holds it, where the recording comes from several.
+pub struct SampleTime {
+    /// Path of its source file, if the recording comes from several.
     pub file: Option<String>,
-    /// In the time of that file, as its stamps have it; from its first sample where they are dates or missing, s.
+    /// Time by the stamps of that file, s; from its first sample for dates or without stamps.
     pub time_s: f64,
 }
 
-/// One channel in the unit it is analysed in.
+/// One channel in the unit of the analysis.
 #[derive(Debug, Clone)]
 pub struct Channel {
     /// Channel name.
     pub name: String,
-    /// Unit as shown; empty where unknown.
+    /// Unit; empty if unknown.
     pub unit: String,
-    /// Samples in that unit; finite inside every segment, shared by the parts of a recording.
+    /// Samples in that unit, finite inside every segment, shared by the parts of a recording.
     pub samples: Arc<SampleColumn>,
-    /// Samples at or beyond this size are overloads, where a level was given.
+    /// Magnitude from which samples count as overloads, if stated.
     pub overload_level: Option<f64>,
-    /// Cells that held an overload word.
+    /// Number of cells with an overload word.
     pub overloads: usize,
 }
 
 impl Channel {
-    /// Samples in the unit of the channel.
+    /// Reads all samples, in the unit of the channel.
     ///
     /// # Errors
-    /// Samples of a long log that cannot be read again.
+    /// Failed reading of the stored samples of a long log.
     pub fn values(&self) -> Result<Vec<f64>, Error> {
         let mut values = vec![0.0; self.samples.len()];
         self.samples.read(0, &mut values)?;
@@ -89,8 +89,8 @@ impl Channel {
 }
 
 impl Recording {
-    /// Makes a recording of sampled signals: sampling rate, Hz, and for each channel its name, its unit (`m/s²`, `N`; empty where
-    /// unknown) and its samples.
+    /// Builds a recording from arrays: sampling rate, Hz, and for each channel its name, its unit (`m/s²`, `N`; empty if unknown)
+    /// and its samples.
     ///
     /// ```
     /// use geardyn::Recording;
@@ -104,7 +104,7 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// A rate that is not above zero, channels of different lengths, two channels of one name, samples that are not finite.
+    /// A rate that is not positive; no samples; channels of different lengths; duplicate names; samples that are not finite.
     pub fn from_arrays(
         rate_hz: f64,
         channels: &[(&str, &str, &[f64])],
@@ -136,36 +136,36 @@ impl Recording {
         })
     }
 
-    /// A channel by its name.
+    /// Finds a channel by name.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// Time of sample `at` of `segment`, s from the log's first sample.
+    /// Time of sample `at` of segment `segment`, s from the first sample of the log.
     pub fn time_s(&self, segment: usize, at: usize) -> f64 {
         (self.segment_starts[segment] + at as f64) / self.rate_hz
     }
 
-    /// When sample `at` of the recording was taken, in the time of its own file.
-    pub fn moment(&self, at: usize) -> Moment {
+    /// Acquisition time of sample `at` of the recording, in the time of its source file.
+    pub fn sample_time(&self, at: usize) -> SampleTime {
         let before = self.segments.partition_point(|s| s.start <= at);
         let segment = before.saturating_sub(1);
         let start = self.segments.get(segment).map_or(0, |s| s.start);
         let file = self.files.iter().find(|f| f.samples.contains(&at));
-        Moment {
+        SampleTime {
             file: (file.filter(|_| self.files.len() > 1)).map(|f| f.path.clone()),
             time_s: file.map_or(0.0, |f| f.first_s) + self.time_s(segment, at - start),
         }
     }
 
-    /// Hands the samples of every segment on in blocks: where a block begins, and whether its segment ends with it.
+    /// Passes the samples of every segment to `visit` in blocks: index of the first sample, samples, whether the block ends its segment.
     ///
     /// # Errors
-    /// The samples cannot be read.
+    /// Failed reading of the samples.
     pub fn each_block(
         &self,
         channel: &Channel,
-        mut see: impl FnMut(usize, &[f64], bool),
+        mut visit: impl FnMut(usize, &[f64], bool),
     ) -> Result<(), Error> {
         const BLOCK: usize = 1 << 16;
         let mut block = vec![0.0; BLOCK.min(self.samples)];
@@ -174,14 +174,14 @@ impl Recording {
             while at < segment.end {
                 let count = BLOCK.min(segment.end - at);
                 channel.samples.read(at, &mut block[..count])?;
-                see(at, &block[..count], at + count == segment.end);
+                visit(at, &block[..count], at + count == segment.end);
                 at += count;
             }
         }
         Ok(())
     }
 
-    /// Time that the samples cover, without the gaps, s.
+    /// Duration of the samples without the gaps, s.
     pub fn duration_s(&self) -> f64 {
         self.samples as f64 / self.rate_hz
     }
@@ -193,10 +193,7 @@ fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Res
         return Err(Error::new(Code::OutOfRange, message));
     }
     if samples == 0 {
-        return Err(Error::new(
-            Code::OutOfRange,
-            "the recording holds no sample",
-        ));
+        return Err(Error::new(Code::OutOfRange, "the recording has no samples"));
     }
     for (k, (name, _, values)) in channels.iter().enumerate() {
         if values.len() != samples {
@@ -205,7 +202,7 @@ fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Res
                 values.len()
             );
             return Err(
-                Error::new(Code::Conflict, message).with_hint("give channels of one length")
+                Error::new(Code::Conflict, message).with_hint("give channels of equal length")
             );
         }
         if channels[..k].iter().any(|other| other.0 == *name) {
@@ -217,7 +214,7 @@ fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Res
         if let Some(at) = values.iter().position(|x| !x.is_finite()) {
             let message = format!("sample {at} of channel {name} is {}", values[at]);
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("give the parts between gaps as recordings of their own"));
+                .with_hint("give the parts between gaps as separate recordings"));
         }
     }
     Ok(())

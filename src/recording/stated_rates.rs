@@ -59,7 +59,7 @@ pub(super) fn agreed_rate(
     };
     if let Some(other) = candidates(rates).find(|r| differ(r.hertz, first.hertz, 0.0)) {
         let message = format!(
-            "the file states two sample rates: `{}` says {} Hz, `{}` says {} Hz",
+            "the file states two sample rates: `{}` = {} Hz, `{}` = {} Hz",
             first.key, first.hertz, other.key, other.hertz
         );
         return Err(Error::new(Code::RateDisagrees, message)

@@ -62,7 +62,7 @@ pub fn read(path: &str, bytes: &[u8], _settings: &ReadOptions) -> Result<RawLog,
         .into());
     }
     if channels[0].is_empty() {
-        return Err(Error::new(Code::EmptyLog, "the WAV file holds no samples").into());
+        return Err(Error::new(Code::EmptyLog, "the WAV file contains no samples").into());
     }
     let named = channels.into_iter().enumerate();
     let group = ChannelGroup {
@@ -127,7 +127,7 @@ fn wav_error(error: &hound::Error) -> Error {
     };
     let message = match error {
         hound::Error::Unsupported => {
-            "the WAV file holds coded samples or 64-bit floats; integers of 8 to 32 bits and 32-bit floats are read".to_string()
+            "the WAV file contains coded samples or 64-bit floats; supported are integers of 8 to 32 bits and 32-bit floats".to_string()
         }
         other => format!("the WAV file is damaged or was cut off: {other}"),
     };

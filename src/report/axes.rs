@@ -1,12 +1,12 @@
-//! Plot axes: linear and logarithmic ranges, grids, thinning of dense curves.
+//! Plot axes: linear and logarithmic ranges, grids, clipping and thinning of curves.
 
 use super::svg::{Canvas, Colour, LIGHT_GREY, LineStyle, Panel, Point2, ticks};
 use crate::numeric::statistics::extremes;
 
-/// Decades a logarithmic scale shows below its top; what lies deeper is noise of the arithmetic.
+/// Maximum number of decades of a logarithmic scale; smaller values are rounding errors.
 const MAX_DECADES: f64 = 8.0;
 
-/// The range of a logarithmic scale over positive values, in powers of ten; absent where no value is positive.
+/// Range of a logarithmic axis, exponents of ten, with margin; `None` without positive finite values.
 pub fn log_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let positive = values.filter(|x| *x > 0.0 && x.is_finite());
     let (low, high) = extremes(positive.map(f64::log10));
@@ -14,25 +14,25 @@ pub fn log_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         return None;
     }
     let low = low.max(high - MAX_DECADES);
-    // A little room, and never an empty range.
-    let room = (0.06 * (high - low)).max(0.1);
-    Some((low - room, high + room))
+    // The margin also prevents an empty range.
+    let margin = (0.06 * (high - low)).max(0.1);
+    Some((low - margin, high + margin))
 }
 
-/// The range of a linear scale with a little room; absent where no value is finite.
+/// Range of a linear axis with margin; `None` without finite values.
 pub fn linear_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = extremes(values.filter(|x| x.is_finite()));
     if low > high {
         return None;
     }
-    let room = match high - low {
+    let margin = match high - low {
         0.0 => 0.05 * high.abs().max(1.0),
-        wide => 0.05 * wide,
+        span => 0.05 * span,
     };
-    Some((low - room, high + room))
+    Some((low - margin, high + margin))
 }
 
-/// Positions and texts of the grid of a logarithmic axis, its range in powers of ten; with a unit, texts have its prefix.
+/// Grid positions (exponents of ten) and labels of a logarithmic axis over a range of exponents; with a unit, labels use its SI prefixes.
 pub fn log_ticks((low, high): (f64, f64), prefixed_unit: Option<&str>) -> Vec<(f64, String)> {
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
     let text = |digit: f64, decade: i32| match prefixed_unit {
@@ -43,12 +43,12 @@ pub fn log_ticks((low, high): (f64, f64), prefixed_unit: Option<&str>) -> Vec<(f
         None => format!("{digit}e{decade}"),
     };
     if last - first < 3 {
-        // Few whole decades: 1, 2 and 5 of each.
-        let all = (first - 1..=last).flat_map(|decade| [1.0, 2.0, 5.0].map(|d| (decade, d)));
-        let each = all.map(|(decade, digit): (i32, f64)| {
+        // A short axis has ticks at 1, 2 and 5 of each decade.
+        let digits = (first - 1..=last).flat_map(|decade| [1.0, 2.0, 5.0].map(|d| (decade, d)));
+        let marks = digits.map(|(decade, digit): (i32, f64)| {
             (f64::from(decade) + digit.log10(), text(digit, decade))
         });
-        return each.filter(|(at, _)| (low..=high).contains(at)).collect();
+        return marks.filter(|(at, _)| (low..=high).contains(at)).collect();
     }
     let step = ((last - first) / 8).max(1) as usize;
     let decades = (first..=last).step_by(step);
@@ -57,7 +57,7 @@ pub fn log_ticks((low, high): (f64, f64), prefixed_unit: Option<&str>) -> Vec<(f
         .collect()
 }
 
-/// A value of a unit with the prefix of its size: `10 µs`.
+/// Formats a value with the SI prefix of its magnitude: `10 µs`.
 fn with_prefix(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 5] =
         [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (0.0, "p")];
@@ -69,7 +69,7 @@ fn with_prefix(value: f64, unit: &str) -> String {
     format!("{:.0} {prefix}{unit}", value / size)
 }
 
-/// Frame, frequency axis and the name of the vertical axis of one panel; numbers below only where it is the lowest.
+/// Draws the frame, the horizontal axis and the name of the vertical axis of a panel; `below` names the axis of the lowest one.
 pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<&str>) {
     let values = ticks(panel.x, 8);
     match below {
@@ -87,7 +87,7 @@ pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<
     panel.draw_y_name(canvas, name);
 }
 
-/// Draws a curve as a line inside a panel, as [`clip_to_panel`] cuts it.
+/// Draws a curve as a line, clipped by [`clip_to_panel`].
 pub fn draw_curve(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -100,40 +100,40 @@ pub fn draw_curve(
     }
 }
 
-/// A curve as spots, cut where it leaves the panel's height; runs of finite values only.
+/// Clips a curve to a panel and converts it to canvas points, one run per connected part with finite values.
 pub fn clip_to_panel(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<Point2>> {
-    let mut all: Vec<Vec<Point2>> = vec![Vec::new()];
-    let mut before: Option<(f64, f64)> = None;
+    let mut runs: Vec<Vec<Point2>> = vec![Vec::new()];
+    let mut previous: Option<(f64, f64)> = None;
     for (x, y) in points {
         let is_shown = x >= panel.x.0 && x <= panel.x.1 && y.is_finite();
-        let ends = before
+        let ends = previous
             .filter(|_| is_shown)
             .and_then(|from| clip(panel.y, from, (x, y)));
         let is_inside = (panel.y.0..=panel.y.1).contains(&y);
-        let spots = match ends {
+        let drawn = match ends {
             Some((from, to)) => {
-                let begins = all.last().is_none_or(Vec::is_empty);
-                vec![begins.then_some(from), Some(to)]
+                let starts_run = runs.last().is_none_or(Vec::is_empty);
+                vec![starts_run.then_some(from), Some(to)]
             }
             None if is_shown && is_inside => vec![Some((x, y))],
             None => Vec::new(),
         };
-        let spots = spots
+        let drawn = drawn
             .into_iter()
             .flatten()
             .map(|(x, y)| panel.to_canvas(x, y));
-        if let Some(run) = all.last_mut() {
-            run.extend(spots);
+        if let Some(run) = runs.last_mut() {
+            run.extend(drawn);
         }
-        if !(is_shown && is_inside) && all.last().is_some_and(|run| !run.is_empty()) {
-            all.push(Vec::new());
+        if !(is_shown && is_inside) && runs.last().is_some_and(|run| !run.is_empty()) {
+            runs.push(Vec::new());
         }
-        before = is_shown.then_some((x, y));
+        previous = is_shown.then_some((x, y));
     }
-    all.into_iter().map(thin).collect()
+    runs.into_iter().map(thin).collect()
 }
 
-/// The part of a straight line between two heights; absent where it lies outside.
+/// Clips a line segment to a range of ordinates; `None` if it lies outside.
 fn clip(
     (low, high): (f64, f64),
     from: (f64, f64),
@@ -155,14 +155,14 @@ fn clip(
     Some((at(from), at(to)))
 }
 
-/// Keeps, of the points that share a fifth of a point of width, only the highest and the lowest, in their order.
+/// Thins a dense run to the highest and the lowest point of each column, a fifth of a point wide, in their order.
 fn thin(run: Vec<Point2>) -> Vec<Point2> {
     const COLUMN: f64 = 0.2;
     const MIN_POINTS: usize = 3000;
     if run.len() < MIN_POINTS {
         return run;
     }
-    let mut kept: Vec<Point2> = Vec::new();
+    let mut points: Vec<Point2> = Vec::new();
     for column in run.chunk_by(|a, b| (a.0 / COLUMN).floor() == (b.0 / COLUMN).floor()) {
         let by_height = |a: &(usize, &Point2), b: &(usize, &Point2)| a.1.1.total_cmp(&b.1.1);
         let (low, high) = (
@@ -172,16 +172,16 @@ fn thin(run: Vec<Point2>) -> Vec<Point2> {
         let mut pair: Vec<(usize, &Point2)> = low.into_iter().chain(high).collect();
         pair.sort_by_key(|p| p.0);
         pair.dedup_by_key(|p| p.0);
-        kept.extend(pair.into_iter().map(|p| *p.1));
+        points.extend(pair.into_iter().map(|p| *p.1));
     }
-    kept
+    points
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A curve that leaves the panel ends at the edge and begins there again; none of it runs along the edge.
+    /// A curve that leaves the panel ends at the edge and continues there; no part runs along the edge.
     #[test]
     fn exact_clipping() {
         let panel = Panel::new((0.0, 10.0), (10.0, 0.0), (0.0, 10.0), (0.0, 10.0));
@@ -189,7 +189,7 @@ mod tests {
             let runs = clip_to_panel(&panel, points.iter().copied());
             runs.into_iter().filter(|run| run.len() > 1).collect()
         };
-        let all = clipped(&[
+        let crossing = clipped(&[
             (0.0, 5.0),
             (1.0, -5.0),
             (3.0, -8.0),
@@ -197,7 +197,7 @@ mod tests {
             (6.0, 2.0),
         ]);
         assert_eq!(
-            all,
+            crossing,
             [vec![(0.0, 5.0), (0.5, 0.0)], vec![(5.0, 0.0), (6.0, 2.0)]]
         );
         assert_eq!(

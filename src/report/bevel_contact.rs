@@ -6,7 +6,7 @@ use super::gear::ARCSEC;
 use super::table::{Table, or_dash};
 use crate::gear::contact::ease_off::EaseOffTerms;
 use crate::plan::gear::bevel_backlash::LeastBacklash;
-use crate::plan::gear::bevel_contact::{BevelContact, END_OF_PITCHES, VH_PLACES, edge_name};
+use crate::plan::gear::bevel_contact::{BevelContact, END_OF_PITCHES, VH_POSITIONS, edge_name};
 use crate::plan::gear_limits::MEMBERS;
 
 pub(super) fn contact_json(contact: &BevelContact, side: &str) -> Value {
@@ -27,7 +27,8 @@ pub(super) fn contact_json(contact: &BevelContact, side: &str) -> Value {
         .collect();
     let reference = &contact.path.reference;
     let shares = |k: usize| {
-        contact.reference_shares[k].map(|[face, height]| json!({ "face": face, "height": height }))
+        contact.reference_position[k]
+            .map(|[face, height]| json!({ "face": face, "height": height }))
     };
     let pattern = |k: usize| {
         contact.pattern[k].map(|[face, height]| json!({ "face": face, "height": height }))
@@ -99,7 +100,7 @@ fn ease_off_rows(terms: &EaseOffTerms) -> [(&'static str, &'static str, f64); 7]
             terms.profile_crowning,
         ),
         ("twist (F H)", "twist", terms.twist),
-        ("rest, rms", "rest", terms.rest),
+        ("rest, rms", "rest", terms.residual),
     ]
 }
 
@@ -146,7 +147,7 @@ pub(super) fn contact_table(
         format!("{:.5}", reference.gear_angle().to_degrees()),
         "deg",
     );
-    for (name, shares) in MEMBERS.iter().zip(contact.reference_shares) {
+    for (name, shares) in MEMBERS.iter().zip(contact.reference_position) {
         let place = or_dash(shares, |[face, height]| {
             format!("{:.1}, {:.1}", 100.0 * face, 100.0 * height)
         });
@@ -221,7 +222,7 @@ pub(super) fn vh_json(contact: &BevelContact) -> Option<Value> {
 
 pub(super) fn vh_table(contact: &BevelContact) -> Table<'static> {
     let mut table = Table::named("V–H check: contact at|V (offset) [mm]|H (pinion axial) [mm]");
-    for ((name, face), shift) in VH_PLACES.iter().zip(contact.vh.iter().flatten()) {
+    for ((name, face), shift) in VH_POSITIONS.iter().zip(contact.vh.iter().flatten()) {
         let shown = |value: Option<f64>| or_dash(value, |x| format!("{:.4}", 1e3 * x));
         table.row([
             format!("{name}, {:.0} % of the gear's face", 100.0 * face),

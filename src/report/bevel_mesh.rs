@@ -6,7 +6,7 @@ use super::bevel_stability;
 use super::gear::ARCSEC;
 use super::number_format::significant;
 use super::table::{Table, decimal, or_dash};
-use crate::gear::load::flank_mesh::LEAST_ASPECT;
+use crate::gear::load::flank_mesh::MIN_ASPECT;
 use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
 use crate::gear::load::tooth_plate::RootMoment;
 use crate::numeric::statistics::{extremes, peak_to_peak};
@@ -31,16 +31,16 @@ fn spread(values: &[f64]) -> [f64; 3] {
 /// Transmission error and stiffness, then what the flanks bear: one row a torque.
 pub fn text(result: &BevelMeshResult, studies: &MeshStudies) -> String {
     let mut text = format!(
-        "{}te {TE_DIRECTION}; k in the same direction; the error of te is half its greatest difference to half the stations\n\n{}local contact: {}; teeth: {}; left out: {}\n",
+        "{}te {TE_DIRECTION}; k in the same direction; the error of te is half its largest difference from half the stations\n\n{}local contact: {}; teeth: {}; left out: {}\n",
         stiffness_table(result, studies).text(),
         load_table(result).text(),
         local_contact(&result.mesh),
         result.body,
         result.left_out.join(", ")
     );
-    if let Some(between) = studies.between_torques {
+    if let Some(between) = studies.interpolation_error {
         text += &format!(
-            "between the torques (cubics of the turn by its values and tangents; by every second torque left out): te off by at most {:.2}″, {} µm, k secant by {} %, k tangent by {} % in the mean over the pitch\n",
+            "between the torques (cubics of the turn by its values and tangents; with every second torque omitted): te off by at most {:.2}″, {} µm, k secant by {} %, k tangent by {} % in the mean over the pitch\n",
             ARCSEC * between.deflection,
             significant(1e6 * result.lever * between.deflection),
             significant(100.0 * between.secant),
@@ -63,7 +63,7 @@ fn local_contact(mesh: &FlankMeshResult) -> String {
     match loads().filter(|p| p.ellipses > 0).count() {
         0 => "half-space strips".into(),
         some => format!(
-            "closed elliptic form below a/b {LEAST_ASPECT} at {some} of {all} positions, half-space strips elsewhere"
+            "closed elliptic form below a/b {MIN_ASPECT} at {some} of {all} positions, half-space strips elsewhere"
         ),
     }
 }
@@ -71,14 +71,14 @@ fn local_contact(mesh: &FlankMeshResult) -> String {
 /// Torques over the positions at which more pairs of teeth begin to carry, and the changes of the set of strips.
 fn changes_table(result: &BevelMeshResult, changes: &[Vec<StripChange>]) -> Table<'static> {
     let mut table = Table::numeric(
-        "pairs that carry|from torque, least [N·m]|from torque, greatest [N·m]|positions|changes of strips, least|changes of strips, most",
+        "pairs that carry|from torque, least [N·m]|from torque, greatest [N·m]|positions|contact changes of strips, least|contact changes of strips, most",
     );
     let counts: Vec<f64> = changes.iter().map(|c| c.len() as f64).collect();
     let [least, _, most] = spread(&counts);
     for pairs in 2.. {
         let torques: Vec<f64> = changes
             .iter()
-            .filter_map(|path| StripChange::first_with(path, pairs))
+            .filter_map(|path| StripChange::onset_torque(path, pairs))
             .collect();
         if torques.is_empty() {
             break;
@@ -135,11 +135,11 @@ fn load_table(result: &BevelMeshResult) -> Table<'static> {
         "torque [N·m]|pressure [N/mm²]|on edges [%]|greatest share of a pair [%]|pairs that carry|effective contact ratio|greatest shear [N/mm²]|depth [mm]|root moment of the pinion [N·m]|of the gear [N·m]",
     );
     for cycle in &result.mesh.cycles {
-        let pressed = cycle.most_pressed();
+        let pressed = cycle.max_pressure_position();
         let shear = pressed.and_then(|p| p.shear);
         let edges = spread(&cycle.of(|p| p.edge_share))[2];
         let share = spread(&cycle.of(|p| p.shares.iter().map(|s| s.1).fold(0.0, f64::max)))[2];
-        let [least, _, most] = spread(&cycle.of(|p| p.carrying() as f64));
+        let [least, _, most] = spread(&cycle.of(|p| p.loaded_pairs() as f64));
         table.row([
             significant(cycle.torque),
             or_dash(pressed.and_then(|p| p.pressure), |p| {
@@ -201,7 +201,7 @@ pub fn mesh_json(result: &BevelMeshResult, studies: &MeshStudies) -> Value {
         "left_out": result.left_out,
         "te_direction": TE_DIRECTION,
         "te_error_arcsec": studies.te_errors.as_ref().map(|all| all.iter().map(|e| ARCSEC * e).collect::<Vec<_>>()),
-        "between_torques": studies.between_torques.map(|between| json!({
+        "between_torques": studies.interpolation_error.map(|between| json!({
             "te_arcsec": ARCSEC * between.deflection,
             "te_um": micro * between.deflection,
             "secant_relative": between.secant,

@@ -8,8 +8,8 @@ use super::svg::{
     Anchor, BLACK, BLUE, Canvas, LIGHT_GREY, LineStyle, ORANGE, WIDTH, lighten, render_svg,
 };
 use crate::gear::contact::pair::FlankPair;
-use crate::gear::load::flank_result::{FlankMeshResult, LoadedPlace};
-use crate::numeric::sorting::sort_rising;
+use crate::gear::load::flank_result::{FlankMeshResult, LoadedCell};
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear_limits::MEMBERS;
 
@@ -142,7 +142,7 @@ pub fn draw_pattern(title: &str, pair: &FlankPair, mesh: &FlankMeshResult) -> St
             let at = |shares: [f64; 2]| scales[k].at(flat[k].at(shares), tops[k]);
             let note = format!("{}: toe left, heel right, root below", MEMBERS[k]);
             canvas.note(&note, (MARGIN, tops[k] - 10.0), Anchor::Start);
-            let dot = |canvas: &mut Canvas, place: &LoadedPlace| {
+            let dot = |canvas: &mut Canvas, place: &LoadedCell| {
                 let Some(shares) = section.shares(place.at[k]) else {
                     return;
                 };
@@ -151,8 +151,8 @@ pub fn draw_pattern(title: &str, pair: &FlankPair, mesh: &FlankMeshResult) -> St
                 canvas.fill_circle(at(shares), 2.2, ink);
             };
             // The most pressed places lie on top.
-            let mut all: Vec<&LoadedPlace> = places().collect();
-            sort_rising(&mut all, |a| a.pressure);
+            let mut all: Vec<&LoadedCell> = places().collect();
+            sort_ascending(&mut all, |a| a.pressure);
             all.iter().for_each(|place| dot(canvas, place));
             let frame = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(at);
             canvas.polyline(&frame, BLACK, 1.0, LineStyle::Solid);

@@ -210,7 +210,7 @@ pub fn draw_pattern(title: &str, contact: &BevelContact, positions: usize) -> St
                 let line: Vec<Point2> = run.into_iter().map(at).collect();
                 canvas.polyline(&line, ORANGE, 1.6, LineStyle::Solid);
             }
-            if let Some(shares) = contact.reference_shares[k] {
+            if let Some(shares) = contact.reference_position[k] {
                 canvas.fill_circle(at(shares), 3.0, BLACK);
             }
             let frame = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(at);

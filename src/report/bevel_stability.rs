@@ -10,7 +10,7 @@ use super::svg::{
 };
 use super::table::{Table, or_dash};
 use crate::gear::contact::pair::Assembly;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::plan::gear::bevel_stability::{LoadedPattern, StabilityCase};
 
 /// One row a case.
@@ -130,7 +130,7 @@ pub fn draw(title: &str, cases: &[StabilityCase]) -> String {
             canvas.fill_circle(to, 2.5, ink);
             names.push((to, shift[0] < 0.0, &case.name, ink));
         }
-        sort_rising(&mut names, |(to, ..)| to.1);
+        sort_ascending(&mut names, |(to, ..)| to.1);
         // Names on a side are a line apart.
         let mut last = [f64::NEG_INFINITY; 2];
         for (to, is_left, name, ink) in names {

@@ -1,88 +1,88 @@
-//! Frequency responses as plots: magnitude, phase and coherence over frequency; measured against fitted; in the complex plane.
+//! Bode and Nyquist plots of frequency responses, measured and fitted: magnitude, phase and coherence; the complex plane.
 
 use super::axes::{linear_range, log_range};
 use super::figure::{Axis, Curve, Guide, Ink, Mark, Plot, PlotColumn, PointLabel};
 use super::svg::{LineStyle, hertz, truncate_label};
 use crate::modes::mode::modulus;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
 /// One frequency response of a Bode plot, measured and fitted.
 #[derive(Debug, Clone, Default)]
 pub struct BodeCurve {
     /// Label of the curve.
     pub label: String,
-    /// Unit of its values.
+    /// Unit of the values.
     pub unit: String,
-    /// Measured values by line.
+    /// Measured values, one per frequency line.
     pub measured: Vec<Complex>,
-    /// They were computed on lines that follow the curve: drawn as a line.
-    pub computed: bool,
-    /// Fitted values on as many places between the lines as its path in the plane needs; empty without a fit.
-    pub traced: Vec<Complex>,
-    /// Fitted values by line.
+    /// Values are computed on refined lines and drawn as a line; measured values are drawn as points.
+    pub is_computed: bool,
+    /// Fitted values at the refined frequencies of the Nyquist plot; empty without a fit.
+    pub fit_path: Vec<Complex>,
+    /// Fitted values, one per frequency line.
     pub fitted: Option<Vec<Complex>>,
-    /// Coherence by line.
+    /// Coherence, 0 to 1, one per frequency line.
     pub coherence: Option<Vec<f64>>,
 }
 
 /// Contents of a Bode plot.
 #[derive(Debug, Clone, Default)]
 pub struct BodePlot {
-    /// Above it.
+    /// Title above the plot.
     pub title: String,
-    /// Label of the abscissa; frequency in Hz where empty.
-    pub across: &'static str,
-    /// Lines, in the unit of what it is over.
+    /// Abscissa label; empty for frequency in Hz.
+    pub abscissa_label: &'static str,
+    /// Abscissa values of the lines, in the unit of the abscissa label.
     pub frequency_hz: Vec<f64>,
-    /// Responses; the first few are drawn.
+    /// Responses; the first four are drawn.
     pub curves: Vec<BodeCurve>,
     /// Identified natural frequencies, Hz.
     pub modes_hz: Vec<f64>,
 }
 
-/// Responses drawn at once: more cannot be distinguished.
-const MAX_COUNT: usize = 4;
+/// Largest number of responses drawn; more cannot be distinguished.
+const MAX_CURVES: usize = 4;
 
-/// Magnitude, phase and, where it was measured, coherence.
-pub fn bode(shown: &BodePlot) -> PlotColumn {
-    let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
-    let across = match shown.across {
+/// Bode plot: magnitude, phase and, if measured, coherence.
+pub fn bode(data: &BodePlot) -> PlotColumn {
+    let curves = &data.curves[..data.curves.len().min(MAX_CURVES)];
+    let abscissa_label = match data.abscissa_label {
         "" => "frequency, Hz",
-        across => across,
+        label => label,
     };
     let plot = |y: Axis, height: f64, curves: Vec<Curve>| Plot {
         height,
-        guides: shown.modes_hz.iter().map(|f| Guide::vertical(*f)).collect(),
+        guides: data.modes_hz.iter().map(|f| Guide::vertical(*f)).collect(),
         curves,
         empty: "no response",
-        ..Plot::new(Axis::linear(across), y)
+        ..Plot::new(Axis::linear(abscissa_label), y)
     };
-    let both = |of: &dyn Fn(&Complex) -> f64, wraps: bool| {
+    let curves_of = |component: &dyn Fn(&Complex) -> f64, wraps: bool| {
         let lines = curves.iter().enumerate().flat_map(|(k, c)| {
-            let over = |ink, width, name: String, values: &[Complex]| {
-                let y = values.iter().map(of).collect();
+            let curve_of = |ink, width, name: String, values: &[Complex]| {
+                let y = values.iter().map(component).collect();
                 let mark = Mark::Line(width, LineStyle::Solid);
-                let curve = Curve::new(name, ink, mark, shown.frequency_hz.clone(), y);
-                if wraps { broken(curve) } else { curve }
+                let curve = Curve::new(name, ink, mark, data.frequency_hz.clone(), y);
+                if wraps { break_at_wraps(curve) } else { curve }
             };
             let name = truncate_label(&c.label, 28);
             match &c.fitted {
-                None => vec![over(Ink::Series(k), 1.0, name, &c.measured)],
+                None => vec![curve_of(Ink::Series(k), 1.0, name, &c.measured)],
                 Some(fitted) => {
                     let pairs = c.measured.iter().zip(fitted);
                     let misfit: Vec<Complex> = pairs.map(|(a, b)| a - b).collect();
                     let dotted = Mark::Line(0.8, LineStyle::Dotted);
                     let misfit = Curve {
                         mark: dotted,
-                        ..over(Ink::Series(k), 0.8, String::new(), &misfit)
+                        ..curve_of(Ink::Series(k), 0.8, String::new(), &misfit)
                     };
-                    let both = [
-                        over(Ink::Pale(k), 2.2, String::new(), &c.measured),
-                        over(Ink::Series(k), 1.0, name, fitted),
+                    let pair = [
+                        curve_of(Ink::Pale(k), 2.2, String::new(), &c.measured),
+                        curve_of(Ink::Series(k), 1.0, name, fitted),
                     ];
-                    // The phase of a misfit says nothing.
-                    both.into_iter().chain((!wraps).then_some(misfit)).collect()
+                    // The phase of a misfit carries no information.
+                    pair.into_iter().chain((!wraps).then_some(misfit)).collect()
                 }
             }
         });
@@ -107,15 +107,15 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
         ..Axis::linear("phase, deg").over(-190.0, 190.0)
     };
     let mut plots = vec![
-        plot(magnitude, 230.0, both(&|z| z.norm(), false)),
-        plot(phase, 110.0, both(&|z| z.arg().to_degrees(), true)),
+        plot(magnitude, 230.0, curves_of(&|z| z.norm(), false)),
+        plot(phase, 110.0, curves_of(&|z| z.arg().to_degrees(), true)),
     ];
     let coherence = curves.iter().enumerate().filter_map(|(k, c)| {
         let y = c.coherence.clone()?;
         Some(Curve::line(
             "",
             Ink::Series(k),
-            shown.frequency_hz.clone(),
+            data.frequency_hz.clone(),
             y,
         ))
     });
@@ -128,119 +128,126 @@ pub fn bode(shown: &BodePlot) -> PlotColumn {
         plots.push(plot(axis, 70.0, coherence));
     }
     let is_fitted = curves.iter().any(|c| c.fitted.is_some());
-    let upright = match (shown.modes_hz.is_empty(), is_fitted) {
+    let mode_note = match (data.modes_hz.is_empty(), is_fitted) {
         (true, _) => "",
         (false, true) => "upright: modes",
         (false, false) => "upright: peaks",
     };
-    let widths = "broad and pale: measured, narrow: fitted, dotted: size of their difference";
+    let line_note = "broad and pale: measured, narrow: fitted, dotted: size of their difference";
     PlotColumn {
-        title: shown.title.clone(),
-        note: note(shown, curves, [widths, upright]),
+        title: data.title.clone(),
+        note: note(data, curves, [line_note, mode_note]),
         linked: true,
         plots,
         ..PlotColumn::default()
     }
 }
 
-/// A curve interrupted where it wraps from −180° to 180°.
-fn broken(curve: Curve) -> Curve {
+/// Interrupts a phase curve where it wraps from −180° to 180°.
+fn break_at_wraps(curve: Curve) -> Curve {
     let (mut x, mut y) = (
         Vec::with_capacity(curve.x.len()),
         Vec::with_capacity(curve.y.len()),
     );
-    for (k, (&at, &phase)) in curve.x.iter().zip(&curve.y).enumerate() {
+    for (k, (&frequency, &phase)) in curve.x.iter().zip(&curve.y).enumerate() {
         if k > 0 && (phase - curve.y[k - 1]).abs() > 180.0 {
-            x.push(at);
+            x.push(frequency);
             y.push(f64::NAN);
         }
-        x.push(at);
+        x.push(frequency);
         y.push(phase);
     }
     Curve { x, y, ..curve }
 }
 
-/// Meaning of the widths, and how many responses are not shown.
-fn note(shown: &BodePlot, curves: &[BodeCurve], [widths, upright]: [&str; 2]) -> String {
-    let fitted = curves.iter().any(|c| c.fitted.is_some());
-    let all = shown.curves.len();
-    let part = match all > curves.len() {
-        true => format!("{} of {all} responses", curves.len()),
+/// Note on the line styles and, if some responses are omitted, on the number drawn.
+fn note(data: &BodePlot, curves: &[BodeCurve], [line_note, mode_note]: [&str; 2]) -> String {
+    let is_fitted = curves.iter().any(|c| c.fitted.is_some());
+    let n_responses = data.curves.len();
+    let omitted = match n_responses > curves.len() {
+        true => format!("{} of {n_responses} responses", curves.len()),
         false => String::new(),
     };
-    let notes = [if fitted { widths } else { "" }, upright, &part];
+    let notes = [if is_fitted { line_note } else { "" }, mode_note, &omitted];
     let notes: Vec<&str> = notes.into_iter().filter(|n| !n.is_empty()).collect();
     notes.join("; ")
 }
 
-/// Frequencies named on a Nyquist plot.
-const MARKS: usize = 6;
+/// Largest number of frequencies labelled on a Nyquist plot.
+const MAX_MARKS: usize = 6;
 
-/// Frequencies of the first response where it is largest: at the identified modes, else at its peaks.
-fn frequency_marks(shown: &BodePlot) -> Vec<PointLabel> {
-    let Some(curve) = shown.curves.first().filter(|_| shown.across.is_empty()) else {
+/// Frequency labels of the first response at its largest magnitudes: at the identified modes, else at its peaks.
+fn frequency_marks(data: &BodePlot) -> Vec<PointLabel> {
+    let Some(curve) = data
+        .curves
+        .first()
+        .filter(|_| data.abscissa_label.is_empty())
+    else {
         return Vec::new();
     };
-    let size = |i: usize| curve.measured.get(i).map_or(f64::NAN, |z| modulus(*z));
-    let count = shown.frequency_hz.len().min(curve.measured.len());
-    let nearest = |f: &f64| {
-        let lines = shown.frequency_hz.iter().enumerate().take(count);
+    let magnitude = |i: usize| curve.measured.get(i).map_or(f64::NAN, |z| modulus(*z));
+    let count = data.frequency_hz.len().min(curve.measured.len());
+    let nearest_line = |f: &f64| {
+        let lines = data.frequency_hz.iter().enumerate().take(count);
         lines
             .min_by(|a, b| (a.1 - f).abs().total_cmp(&(b.1 - f).abs()))
             .map(|l| l.0)
     };
-    let mut lines: Vec<usize> = match shown.modes_hz.is_empty() {
-        false => shown.modes_hz.iter().filter_map(nearest).collect(),
+    let mut lines: Vec<usize> = match data.modes_hz.is_empty() {
+        false => data.modes_hz.iter().filter_map(nearest_line).collect(),
         true => (1..count.saturating_sub(1))
-            .filter(|&i| size(i) > size(i - 1) && size(i) >= size(i + 1))
+            .filter(|&i| magnitude(i) > magnitude(i - 1) && magnitude(i) >= magnitude(i + 1))
             .collect(),
     };
-    lines.retain(|&i| size(i).is_finite());
-    sort_falling(&mut lines, |&a| size(a));
+    lines.retain(|&i| magnitude(i).is_finite());
+    sort_descending(&mut lines, |&a| magnitude(a));
     lines.dedup();
-    lines.truncate(MARKS);
+    lines.truncate(MAX_MARKS);
     let label = |i: usize| PointLabel {
         x: curve.measured[i].re,
         y: curve.measured[i].im,
-        text: hertz(shown.frequency_hz[i]),
+        text: hertz(data.frequency_hz[i]),
     };
     lines.into_iter().map(label).collect()
 }
 
-/// The responses in the complex plane, equal scales; points measured, lines fitted or computed.
-pub fn nyquist(shown: &BodePlot) -> PlotColumn {
-    let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
-    let parts = |values: &[Complex]| -> (Vec<f64>, Vec<f64>) {
-        let known = values.iter().filter(|z| z.is_finite());
-        known.map(|z| (z.re, z.im)).unzip()
+/// Nyquist plot with equal scales: measured responses as points, fitted or computed ones as lines.
+pub fn nyquist(data: &BodePlot) -> PlotColumn {
+    let curves = &data.curves[..data.curves.len().min(MAX_CURVES)];
+    let coordinates = |values: &[Complex]| -> (Vec<f64>, Vec<f64>) {
+        let finite = values.iter().filter(|z| z.is_finite());
+        finite.map(|z| (z.re, z.im)).unzip()
     };
     let frequencies = |values: &[Complex]| {
-        let lines = values.iter().zip(&shown.frequency_hz);
-        let known = lines.filter(|(z, _)| z.is_finite());
-        ("frequency, Hz", known.map(|(_, f)| *f).collect())
+        let lines = values.iter().zip(&data.frequency_hz);
+        let finite = lines.filter(|(z, _)| z.is_finite());
+        ("frequency, Hz", finite.map(|(_, f)| *f).collect())
     };
     let lines = curves.iter().enumerate().flat_map(|(k, c)| {
-        let mark = match c.computed {
+        let mark = match c.is_computed {
             true => Mark::Line(1.2, LineStyle::Solid),
             false => Mark::Discs(1.1),
         };
-        let (x, y) = parts(&c.measured);
+        let (x, y) = coordinates(&c.measured);
         let measured = Curve {
-            along: shown.across.is_empty().then(|| frequencies(&c.measured)),
+            along: data
+                .abscissa_label
+                .is_empty()
+                .then(|| frequencies(&c.measured)),
             ..Curve::new(truncate_label(&c.label, 28), Ink::Series(k), mark, x, y)
         };
-        let (x, y) = parts(&c.traced);
-        let traced = (!c.traced.is_empty()).then(|| Curve::line("", Ink::Series(k), x, y));
+        let (x, y) = coordinates(&c.fit_path);
+        let traced = (!c.fit_path.is_empty()).then(|| Curve::line("", Ink::Series(k), x, y));
         [Some(measured), traced].into_iter().flatten()
     });
     let lines: Vec<Curve> = lines.collect();
-    let axis = |name: &str, of: fn(&Curve) -> &[f64]| Axis {
-        range: linear_range(lines.iter().flat_map(|c| of(c).iter().copied())),
+    let axis = |name: &str, values_of: fn(&Curve) -> &[f64]| Axis {
+        range: linear_range(lines.iter().flat_map(|c| values_of(c).iter().copied())),
         ..Axis::linear(name)
     };
     let unit = curves.first().map_or("", |c| c.unit.as_str());
-    let common = !unit.is_empty() && curves.iter().all(|c| c.unit == unit);
-    let unit = if common {
+    let has_common_unit = !unit.is_empty() && curves.iter().all(|c| c.unit == unit);
+    let unit = if has_common_unit {
         format!(", {unit}")
     } else {
         String::new()
@@ -248,7 +255,7 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
     let plot = Plot {
         height: 560.0,
         equal_scales: true,
-        labels: frequency_marks(shown),
+        labels: frequency_marks(data),
         empty: "no response",
         ..Plot::new(
             axis(&format!("real part{unit}"), |c| &c.x),
@@ -257,12 +264,12 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
     };
     PlotColumn {
         note: note(
-            shown,
+            data,
             curves,
             ["broad and pale: measured, narrow: fitted", ""],
         ),
         ..PlotColumn::one(
-            &shown.title,
+            &data.title,
             Plot {
                 curves: lines,
                 ..plot

@@ -16,7 +16,7 @@ use crate::gear::bevel::tooth::SIDES;
 use crate::gear::cut::dial::{Dial, DialSteps};
 use crate::gear::cut::measured_flank::Deviations;
 use crate::gear::cut::setting::{Setting, SettingKind};
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::gear::bevel_contact::BevelContact;
 use crate::plan::gear::correction::{ContactChange, CorrectionResult};
 use crate::plan::gear_limits::MEMBERS;
@@ -63,7 +63,7 @@ impl Presentation for CorrectionReport {
             json!({ "used": k < result.fit.kept, "shares": shares.collect::<Vec<_>>() })
         };
         let values = result.fit.nominal.singular_values();
-        let shape = |rest: &crate::gear::cut::shapes::ShapeRest| json!({ "shape": rest.shape.name, "formula": rest.shape.formula, "share_left": rest.share });
+        let shape = |rest: &crate::gear::cut::shapes::ResidualShape| json!({ "shape": rest.shape.name, "formula": rest.shape.formula, "share_left": rest.share });
         Ok(json!({
             "title": self.title,
             "kind": "bevel",
@@ -174,7 +174,7 @@ impl CorrectionReport {
         for (f, dials) in result.dials.iter().enumerate() {
             for dial in dials {
                 let is_shared =
-                    (result.is_one_setting || result.moves_other) && !dial.is_of_cutter();
+                    (result.is_one_setting || result.cuts_other_flank) && !dial.is_of_cutter();
                 if is_shared && f > 0 {
                     continue;
                 }
@@ -239,7 +239,7 @@ impl CorrectionReport {
     }
 
     fn depth_table(&self) -> Table<'static> {
-        let mut table = Table::named("slot, deeper by|toe [mm]|middle [mm]|heel [mm]");
+        let mut table = Table::named("increase of slot depth|toe [mm]|middle [mm]|heel [mm]");
         for (side, depths) in self.result.sides.iter().zip(&self.result.depths) {
             let depth = |k: usize| or_dash(depths.map(|d| d[k]), |x| format!("{:+.3}", 1e3 * x));
             table.row([
@@ -255,7 +255,7 @@ impl CorrectionReport {
     fn direction_table(&self) -> Table<'static> {
         let fit = &self.result.fit;
         let mut table =
-            Table::texts("direction|moves the flank by, rms [µm]|used|settings with their shares");
+            Table::texts("direction|effect on the flank, rms [µm]|used|settings with their shares");
         for (k, value) in fit.nominal.singular_values().iter().enumerate() {
             let direction = fit.nominal.direction(k);
             let mut named: Vec<(f64, Setting)> = direction
@@ -264,7 +264,7 @@ impl CorrectionReport {
                 .map(|(share, unknown)| (*share, unknown.setting))
                 .filter(|(share, _)| share.abs() >= NAMED_SHARE)
                 .collect();
-            sort_falling(&mut named, |a| a.0.abs());
+            sort_descending(&mut named, |a| a.0.abs());
             let names = named
                 .iter()
                 .map(|(share, setting)| format!("{share:+.2} {}", setting_key(*setting)));
@@ -279,7 +279,7 @@ impl CorrectionReport {
     }
 
     fn shape_table(&self) -> Table<'static> {
-        let mut table = Table::named("not corrected, share left|shape|share [%]").words(&[1]);
+        let mut table = Table::named("not corrected, residual share|shape|share [%]").words(&[1]);
         for rest in &self.result.shapes {
             table.row([
                 rest.shape.name.to_string(),
@@ -295,8 +295,8 @@ fn contact_json(change: &ContactChange) -> Value {
     let of = |contact: &BevelContact| {
         json!({
             "peak_to_peak_arcsec": contact.peak_to_peak.map(|te| ARCSEC * te),
-            "face_height_pinion": contact.reference_shares[0],
-            "face_height_gear": contact.reference_shares[1],
+            "face_height_pinion": contact.reference_position[0],
+            "face_height_gear": contact.reference_position[1],
         })
     };
     json!({ "now": change.now.as_ref().map(of), "next": change.next.as_ref().map(of) })
@@ -319,7 +319,7 @@ fn contact_table(change: &ContactChange) -> Table<'static> {
     ]);
     for (k, member) in MEMBERS.iter().enumerate() {
         let place = |c: Option<&BevelContact>| {
-            or_dash(c.and_then(|c| c.reference_shares[k]), |[face, height]| {
+            or_dash(c.and_then(|c| c.reference_position[k]), |[face, height]| {
                 format!("{:.1}, {:.1}", 100.0 * face, 100.0 * height)
             })
         };

@@ -127,7 +127,7 @@ pub fn body(found: &EncoderResult, teeth: &GearTrain) -> Value {
             "passages": i.passages,
             "missing": i.missing,
             "extra": i.extra,
-            "counts_apart": i.counts_apart,
+            "counts_apart": i.counts_between_passages,
             "at_deg": 360.0 * i.mark_angle,
             "scatter_deg": 360.0 * i.scatter,
         })).collect::<Vec<_>>(),

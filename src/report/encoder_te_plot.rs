@@ -6,7 +6,7 @@ use super::number_format::four_digits;
 use super::svg::{LineStyle, truncate_label};
 use super::te_lines::{arcsec, direction_name};
 use crate::encoder::flank::FlankEvaluation;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::logs::encoder_analysis::EncoderResult;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
@@ -157,7 +157,7 @@ fn orders(flanks: &[FlankEvaluation]) -> Plot {
             [known, unknown].into_iter().filter(|c| !c.x.is_empty())
         });
     let mut named: Vec<&OrderStem> = all.iter().take(1).flatten().flatten().collect();
-    sort_falling(&mut named, |a| a.size);
+    sort_descending(&mut named, |a| a.size);
     named.truncate(MAX_LABELS);
     let label = |s: &&OrderStem| PointLabel {
         x: s.order,

@@ -5,36 +5,36 @@ use super::svg::{
     WIDTH, render_svg, significant, text_width, title_height, truncate_label, widest,
 };
 use crate::modes::energy::EnergyShares;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 
-/// No more modes than this.
+/// Maximum number of modes shown.
 const MAX_MODES: usize = 20;
 
-/// No more elements than this.
+/// Maximum number of elements shown.
 const MAX_ELEMENTS: usize = 60;
 
-/// A share below this in every mode shown leaves its element out.
-const MAX_ROWS: f64 = 0.03;
+/// Minimum share, in one of the modes shown, of an element that is shown.
+const MIN_SHARE: f64 = 0.03;
 
-/// Radius of a share of 1, points.
-const FULL: f64 = 8.6;
+/// Radius of the disc for a share of 1, points.
+const FULL_RADIUS: f64 = 8.6;
 
 const ROW_HEIGHT: f64 = 21.0;
 
-/// Strain and kinetic energy of the first `count` modes, twenty at most, by element.
+/// Draws the strain and kinetic energy shares of the first `count` modes (at most 20) by element.
 pub fn draw_energy_matrix(
     title: &str,
     machine: &PreparedMachine,
     result: &ModesResult,
     count: usize,
 ) -> String {
-    let shown = result.modes.len().min(result.energies.len());
-    let energies = &result.energies[..shown.min(count).min(MAX_MODES)];
+    let n_modes = result.modes.len().min(result.energies.len());
+    let energies = &result.energies[..n_modes.min(count).min(MAX_MODES)];
     let (elements, left_out) = significant_elements(energies);
     let name = |&e: &usize| truncate_label(&machine.machine.elements[e].name, 24);
-    let table = EnergyMatrix {
+    let matrix = EnergyMatrix {
         title,
         names: elements.iter().map(name).collect(),
         elements,
@@ -46,10 +46,10 @@ pub fn draw_energy_matrix(
             .collect(),
         energies,
     };
-    table.draw()
+    matrix.draw()
 }
 
-/// Elements with a share worth showing, in file order, and how many are left out.
+/// Elements with a share of at least 3 % in file order, and the number of elements omitted.
 fn significant_elements(energies: &[EnergyShares]) -> (Vec<usize>, usize) {
     let mut largest: Vec<(usize, f64)> = Vec::new();
     let strains = energies.iter().filter_map(|e| e.strain.as_ref());
@@ -61,13 +61,13 @@ fn significant_elements(energies: &[EnergyShares]) -> (Vec<usize>, usize) {
             largest.push((element, share));
         }
     }
-    let all = largest.len();
-    largest.retain(|&(_, share)| share >= MAX_ROWS);
-    sort_falling(&mut largest, |a| a.1);
+    let total = largest.len();
+    largest.retain(|&(_, share)| share >= MIN_SHARE);
+    sort_descending(&mut largest, |a| a.1);
     largest.truncate(MAX_ELEMENTS);
     largest.sort_by_key(|&(element, _)| element);
-    let kept = largest.len();
-    (largest.into_iter().map(|(e, _)| e).collect(), all - kept)
+    let n = largest.len();
+    (largest.into_iter().map(|(e, _)| e).collect(), total - n)
 }
 
 struct EnergyMatrix<'a> {
@@ -101,13 +101,13 @@ impl EnergyMatrix<'_> {
                 rows: m,
             };
             grid.draw(canvas);
-            self.heads(canvas, &grid);
-            self.cells(canvas, &grid);
-            self.key(canvas, &grid);
+            self.draw_headings(canvas, &grid);
+            self.draw_cells(canvas, &grid);
+            self.draw_key(canvas, &grid);
         })
     }
 
-    fn heads(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+    fn draw_headings(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let end = grid.left - 8.0;
         let [modes, frequencies] = [grid.top - 36.0, grid.top - 18.0];
         canvas.label("mode", (end, modes), Anchor::End);
@@ -134,7 +134,7 @@ impl EnergyMatrix<'_> {
         canvas.upright("element", (14.0, middle));
     }
 
-    fn cells(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+    fn draw_cells(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let quarter = grid.column / 4.0;
         for (k, energies) in self.energies.iter().enumerate() {
             for (row, &element) in self.elements.iter().enumerate() {
@@ -144,43 +144,43 @@ impl EnergyMatrix<'_> {
                     .as_deref()
                     .and_then(|s| share_of(s, element))
                 {
-                    strain(canvas, (x - quarter, y), share);
+                    draw_strain(canvas, (x - quarter, y), share);
                 }
                 if let Some(share) = share_of(&energies.kinetic, element) {
-                    kinetic(canvas, (x + quarter, y), share);
+                    draw_kinetic(canvas, (x + quarter, y), share);
                 }
             }
         }
     }
 
-    fn key(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+    fn draw_key(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let y = grid.top + grid.rows as f64 * ROW_HEIGHT + 24.0;
         let mut x = 24.0;
-        let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
+        let draw_label = |canvas: &mut Canvas, x: &mut f64, text: &str| {
             canvas.label(text, (*x, y), Anchor::Start);
             *x += text_width(text, LABEL_SIZE) + 12.0;
         };
-        strain(canvas, (x, y), 1.0);
+        draw_strain(canvas, (x, y), 1.0);
         x += 15.0;
-        say(canvas, &mut x, "strain");
-        kinetic(canvas, (x, y), 1.0);
+        draw_label(canvas, &mut x, "strain");
+        draw_kinetic(canvas, (x, y), 1.0);
         x += 15.0;
-        say(
+        draw_label(
             canvas,
             &mut x,
             "kinetic energy, share of the mode's by area:",
         );
         for (share, text) in [(0.03, "3 %"), (0.25, "25 %"), (1.0, "100 %")] {
-            strain(canvas, (x, y), share);
-            kinetic(canvas, (x + 20.0, y), share);
+            draw_strain(canvas, (x, y), share);
+            draw_kinetic(canvas, (x + 20.0, y), share);
             x += 33.0;
-            say(canvas, &mut x, text);
+            draw_label(canvas, &mut x, text);
             x += 8.0;
         }
-        if self.any_negative() {
-            canvas.stroke_circle((x, y), FULL, ORANGE, 1.4);
+        if self.has_negative() {
+            canvas.stroke_circle((x, y), FULL_RADIUS, ORANGE, 1.4);
             x += 15.0;
-            say(canvas, &mut x, "negative");
+            draw_label(canvas, &mut x, "negative");
         }
         if self.left_out > 0 {
             let text = format!("{} elements below 3 % are left out", self.left_out);
@@ -188,27 +188,27 @@ impl EnergyMatrix<'_> {
         }
     }
 
-    fn any_negative(&self) -> bool {
+    fn has_negative(&self) -> bool {
         let strains = self.energies.iter().filter_map(|e| e.strain.as_ref());
         strains.flatten().any(|&(_, share)| share < 0.0)
     }
 }
 
-/// An element's share.
+/// Share of an element.
 fn share_of(shares: &[(usize, f64)], element: usize) -> Option<f64> {
     shares.iter().find(|s| s.0 == element).map(|s| s.1)
 }
 
-/// Radius of a disc for a share; nothing where it would be less than a dot.
+/// Radius of the disc for a share, points; `None` below a share of 0.2 %.
 fn radius(share: f64) -> Option<f64> {
-    const MAX_COUNT: f64 = 1.3; // shares beyond 1 occur beside negative ones
-    const DOT: f64 = 0.002;
-    let size = share.abs().min(MAX_COUNT);
-    (size >= DOT).then(|| FULL * size.sqrt())
+    const MAX_SHARE: f64 = 1.3; // shares above 1 occur together with negative ones
+    const SMALLEST: f64 = 0.002;
+    let size = share.abs().min(MAX_SHARE);
+    (size >= SMALLEST).then(|| FULL_RADIUS * size.sqrt())
 }
 
-/// A disc; a ring where the stiffness is negative.
-fn strain(canvas: &mut Canvas, spot: Point2, share: f64) {
+/// Draws a disc; a ring if the stiffness is negative.
+fn draw_strain(canvas: &mut Canvas, spot: Point2, share: f64) {
     match radius(share) {
         Some(r) if share < 0.0 => canvas.stroke_circle(spot, r, ORANGE, 1.4),
         Some(r) => canvas.fill_circle(spot, r, BLACK),
@@ -216,8 +216,8 @@ fn strain(canvas: &mut Canvas, spot: Point2, share: f64) {
     }
 }
 
-/// An open square of the area the disc of the same share has.
-fn kinetic(canvas: &mut Canvas, (x, y): Point2, share: f64) {
+/// Draws an open square with the area of the disc of the same share.
+fn draw_kinetic(canvas: &mut Canvas, (x, y): Point2, share: f64) {
     let Some(r) = radius(share) else { return };
     let half = r * std::f64::consts::PI.sqrt() / 2.0;
     canvas.stroke_rect((x - half, y - half), (x + half, y + half), GREY, 1.3);

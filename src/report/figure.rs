@@ -68,7 +68,7 @@ pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figu
         |message: String, hint: &str| Err(Error::new(Code::Conflict, message).with_hint(hint));
     let first = figures.first_mut().map(|figure| &mut figure.content);
     let Some(FigureContent::Plots(column)) = first else {
-        return refuse("the figure has no axes for --log".into(), "leave --log out");
+        return refuse("the figure has no axes for --log".into(), "omit --log");
     };
     let count = match axis {
         LogAxis::X => column.plots.len(),
@@ -77,7 +77,7 @@ pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figu
     for plot in column.plots.iter_mut().take(count) {
         if plot.map.is_some() || plot.equal_scales {
             let message = "a map and a plot of equal scales keep linear axes";
-            return refuse(message.into(), "leave --log out");
+            return refuse(message.into(), "omit --log");
         }
         let axis_values = |curve: &Curve| -> Vec<f64> {
             match axis {
@@ -100,13 +100,10 @@ pub fn with_log_axis(mut figures: Vec<Figure>, axis: LogAxis) -> Result<Vec<Figu
         };
         if lowest <= 0.0 {
             let message = format!(
-                "--log: the axis \"{}\" holds {lowest}, which has no logarithm",
+                "--log: the axis \"{}\" has the value {lowest}, which has no logarithm",
                 scale.label
             );
-            return refuse(
-                message,
-                "leave --log out, or request a range above zero where the command takes one",
-            );
+            return refuse(message, "omit --log, or request a range above zero");
         }
         scale.logarithmic = true;
         scale.range = scale.range.filter(|range| range.0 > 0.0);

@@ -1,4 +1,4 @@
-//! Figures drawn as SVG: places, ranges, grids and guides of their plots.
+//! SVG figures: layout, axis ranges, grids and guide lines of their plots.
 
 use super::axes::{linear_range, log_range, log_ticks};
 use super::figure::{Axis, Curve, EventMarks, Figure, FigureContent, Plot, PlotColumn, PointLabel};
@@ -15,15 +15,15 @@ use super::svg::{
 use crate::numeric::statistics::extremes;
 
 const MARGIN_LEFT: f64 = 70.0;
-/// Right of the plots; with names at the ends of curves more.
+/// Right margin of a plot without names at the ends of its curves.
 const MARGIN_RIGHT: f64 = 24.0;
-/// Right of a map, with its scale of colours.
+/// Right margin of a map, with its colour scale.
 const MAP_MARGIN: f64 = 96.0;
 /// Height of the title.
 const TITLE: f64 = 26.0;
-/// Below a plot with the numbers of its abscissa, and below one without.
+/// Margin below a plot with tick labels at its abscissa.
 const BELOW: f64 = 46.0;
-/// See [`BELOW`].
+/// Margin below a plot without tick labels at its abscissa.
 const BETWEEN: f64 = 16.0;
 
 impl Figure {
@@ -38,23 +38,23 @@ impl Figure {
 
 /// Draws a figure of plots.
 fn draw(figure: &PlotColumn) -> String {
-    let across = WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
-    let key = key_rows(figure, across);
+    let plot_width = WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
+    let key = key_rows(figure, plot_width);
     let title = MARGIN_LEFT + text_width(&figure.title, TITLE_SIZE);
     let fits_title = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
-    // A note below the title has a row of its own or shares the first of the key.
+    // A note that does not fit next to the title shares the first row of the key or has its own row.
     let first_row: f64 = key.first().into_iter().flatten().map(entry_width).sum();
-    let fits_key = first_row + text_width(&figure.note, LABEL_SIZE) < across;
-    let key_from = usize::from(!fits_title && !fits_key);
-    let rows = (key.len() + key_from).max(usize::from(!fits_title));
+    let fits_key = first_row + text_width(&figure.note, LABEL_SIZE) < plot_width;
+    let first_key_row = usize::from(!fits_title && !fits_key);
+    let rows = (key.len() + first_key_row).max(usize::from(!fits_title));
     let mut at = TITLE + KEY_ROW * rows as f64 + 6.0;
-    // Plots of one abscissa stand exactly below each other.
+    // Plots with a common abscissa have the same left and right edges.
     let map_margin = figure.linked && figure.plots.iter().any(|p| p.map.is_some());
     let layout: Vec<Layout> = (figure.plots.iter().enumerate())
         .map(|(k, plot)| {
-            let numbered = !figure.linked || k + 1 == figure.plots.len();
-            let layout = Layout::new(plot, at, numbered, map_margin);
-            at = layout.down.1 + if numbered { BELOW } else { BETWEEN };
+            let has_numbers = !figure.linked || k + 1 == figure.plots.len();
+            let layout = Layout::new(plot, at, has_numbers, map_margin);
+            at = layout.down.1 + if has_numbers { BELOW } else { BETWEEN };
             layout
         })
         .collect();
@@ -67,7 +67,7 @@ fn draw(figure: &PlotColumn) -> String {
             Anchor::End,
         );
         for (row, entries) in key.iter().enumerate() {
-            let height = TITLE + KEY_ROW * (row + key_from) as f64 + 10.0;
+            let height = TITLE + KEY_ROW * (row + first_key_row) as f64 + 10.0;
             let mut right = MARGIN_LEFT;
             for entry in entries {
                 right = key_entry(canvas, (right, height), entry) + 16.0;
@@ -79,7 +79,7 @@ fn draw(figure: &PlotColumn) -> String {
     })
 }
 
-/// Edges of a plot.
+/// Edges of a plot, points.
 struct Layout {
     across: (f64, f64),
     down: (f64, f64),
@@ -91,13 +91,13 @@ struct Layout {
 impl Layout {
     fn new(plot: &Plot, top: f64, numbered: bool, map_margin: bool) -> Layout {
         let ends = end_names(plot);
-        let above = match (plot.labels.is_empty(), plot.upright_labels) {
+        let label_height = match (plot.labels.is_empty(), plot.upright_labels) {
             (true, _) => 0.0,
             (false, false) => LABEL_ROW,
             (false, true) => 12.0 + widest(plot.labels.iter().map(|l| &l.text), SMALL, 20.0),
         };
-        let leaving = ends.iter().filter(|e| e.leaves_at_top);
-        let upright = widest(leaving.map(|e| e.name), LABEL_SIZE, 0.0);
+        let top_ends = ends.iter().filter(|e| e.leaves_at_top);
+        let upright = widest(top_ends.map(|e| e.name), LABEL_SIZE, 0.0);
         let heading = if plot.heading.is_empty() { 0.0 } else { 16.0 };
         let right = match (map_margin || plot.map.is_some(), ends.is_empty()) {
             (true, _) => MAP_MARGIN,
@@ -106,7 +106,7 @@ impl Layout {
         };
         let upright = if upright > 0.0 { upright + 14.0 } else { 0.0 };
         let heading_at = top + 0.5 * heading;
-        let top = top + above.max(upright) + heading;
+        let top = top + label_height.max(upright) + heading;
         Layout {
             heading: heading_at,
             across: (MARGIN_LEFT, WIDTH - right),
@@ -121,25 +121,25 @@ impl Layout {
     }
 }
 
-/// Ranges of both axes in their positions; absent where nothing is finite.
+/// Ranges of both axes as axis positions; `None` if no value is finite.
 fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
     let map = plot.map.as_ref().map(map_ranges);
     if map == Some(None) {
         return None;
     }
     let map = map.flatten();
-    let over = |axis: &Axis, values: &dyn Fn(&Curve) -> Vec<f64>, tight: bool| {
-        let all = || plot.curves.iter().flat_map(values);
+    let range_of = |axis: &Axis, values: &dyn Fn(&Curve) -> Vec<f64>, tight: bool| {
+        let samples = || plot.curves.iter().flat_map(values);
         match (axis.logarithmic, tight) {
-            (true, _) => log_range(all()),
+            (true, _) => log_range(samples()),
             (false, true) => {
-                let ends = extremes(all().filter(|x| x.is_finite()));
+                let ends = extremes(samples().filter(|x| x.is_finite()));
                 match ends.0 < ends.1 {
                     true => Some(ends),
-                    false => linear_range(all()),
+                    false => linear_range(samples()),
                 }
             }
-            (false, false) => linear_range(all()),
+            (false, false) => linear_range(samples()),
         }
     };
     let abscissae = |curve: &Curve| curve.x.clone();
@@ -147,22 +147,22 @@ fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
         let ends = curve.interval.iter().flat_map(|i| [i.0, i.1]);
         curve.y.iter().copied().chain(ends).collect()
     };
-    let stated = |axis: &Axis| {
+    let axis_range = |axis: &Axis| {
         axis.range
             .map(|(a, b)| (axis.position(a), axis.position(b)))
     };
-    let x = stated(&plot.x)
+    let x = axis_range(&plot.x)
         .or_else(|| map.map(|m| m.0))
-        .or_else(|| over(&plot.x, &abscissae, true))?;
-    let y = stated(&plot.y)
+        .or_else(|| range_of(&plot.x, &abscissae, true))?;
+    let y = axis_range(&plot.y)
         .or_else(|| map.map(|m| m.1))
-        .or_else(|| over(&plot.y, &ordinates, false))?;
+        .or_else(|| range_of(&plot.y, &ordinates, false))?;
     Some((x, y))
 }
 
 fn draw_plot(canvas: &mut Canvas, plot: &Plot, events: &[EventMarks], layout: &Layout) {
-    let holds_points = plot.map.is_some() || plot.curves.iter().any(|c| !c.y.is_empty());
-    let Some((x, y)) = ranges(plot).filter(|_| holds_points) else {
+    let has_points = plot.map.is_some() || plot.curves.iter().any(|c| !c.y.is_empty());
+    let Some((x, y)) = ranges(plot).filter(|_| has_points) else {
         canvas.placeholder(plot.empty, layout.middle());
         return;
     };
@@ -170,13 +170,13 @@ fn draw_plot(canvas: &mut Canvas, plot: &Plot, events: &[EventMarks], layout: &L
         true => equal_scales(x, y, layout),
         false => (x, y),
     };
-    // The curves end above the ticks of events.
+    // Curves are kept above the event marks.
     let rows = match plot.y.range {
         Some(_) => 0.0,
         None => EVENT_ROW * events.len() as f64,
     };
-    let above = layout.down.1 - layout.down.0 - rows;
-    let y = (y.0 - (y.1 - y.0) * rows / above, y.1);
+    let curve_height = layout.down.1 - layout.down.0 - rows;
+    let y = (y.0 - (y.1 - y.0) * rows / curve_height, y.1);
     let panel = Panel::new(layout.across, layout.down, x, y);
     for band in &plot.bands {
         let ends = [band.from, band.to].map(|v| plot.x.position(v).clamp(x.0, x.1));
@@ -211,19 +211,19 @@ fn draw_plot(canvas: &mut Canvas, plot: &Plot, events: &[EventMarks], layout: &L
     name_ends(canvas, &panel, plot);
 }
 
-/// Both ranges widened about their middles to the larger scale, as the plot is wider than high.
+/// Both ranges widened about their middles to the same scale, the larger of the two.
 fn equal_scales(x: (f64, f64), y: (f64, f64), layout: &Layout) -> ((f64, f64), (f64, f64)) {
     let size = |(low, high): (f64, f64)| high - low;
     let (wide, high) = (size(layout.across), size(layout.down));
     let scale = (size(x) / wide).max(size(y) / high);
-    let about = |range: (f64, f64), length: f64| {
+    let widen = |range: (f64, f64), length: f64| {
         let middle = 0.5 * (range.0 + range.1);
         (middle - 0.5 * scale * length, middle + 0.5 * scale * length)
     };
-    (about(x, wide), about(y, high))
+    (widen(x, wide), widen(y, high))
 }
 
-/// Grid, numbers and names of both axes, in the units of their sizes.
+/// Draws grid, tick labels and names of both axes, with unit prefixes by the size of the values.
 fn draw_grid(canvas: &mut Canvas, panel: &Panel, plot: &Plot, numbered: bool) {
     let [(x_factor, x_name), (y_factor, y_name)] = plot.shown_units();
     let shown = |range: (f64, f64), axis: &Axis, factor: f64| match axis.logarithmic {
@@ -235,9 +235,9 @@ fn draw_grid(canvas: &mut Canvas, panel: &Panel, plot: &Plot, numbered: bool) {
         y: shown(panel.y, &plot.y, y_factor),
         ..*panel
     };
-    // Round numbers about so many, or those that the axis states.
-    let values = |axis: &Axis, range: (f64, f64), factor: f64, about: usize| match &axis.ticks[..] {
-        [] => ticks(range, about),
+    // About `count` round numbers, or the ticks that the axis states.
+    let values = |axis: &Axis, range: (f64, f64), factor: f64, count: usize| match &axis.ticks[..] {
+        [] => ticks(range, count),
         stated => stated.iter().map(|v| v * factor).collect(),
     };
     match plot.y.logarithmic {
@@ -306,7 +306,7 @@ mod tests {
     use super::*;
     use crate::report::figure::{Figure, Ink};
 
-    /// Texts of a drawing with their heights, points.
+    /// Texts of a drawing with their vertical positions, points.
     fn texts(svg: &str) -> Vec<(f64, String)> {
         let elements = svg.split("<text ").skip(1);
         let read = |element: &str| {
@@ -318,14 +318,14 @@ mod tests {
     }
 
     fn plot(label: &str, values: Vec<f64>) -> Plot {
-        let places = (0..values.len()).map(|k| k as f64).collect();
+        let abscissae = (0..values.len()).map(|k| k as f64).collect();
         Plot {
-            curves: vec![Curve::line("", Ink::Series(0), places, values)],
+            curves: vec![Curve::line("", Ink::Series(0), abscissae, values)],
             ..Plot::new(Axis::linear("time, s"), Axis::linear(label))
         }
     }
 
-    /// Deflections of 40 µm have µm at the axis and round numbers of them, linear and logarithmic; seconds stay.
+    /// Deflections of 40 µm are plotted in µm with round numbers, linear and logarithmic; the time axis stays in s.
     #[test]
     fn exact_axes_in_the_unit_of_their_size() {
         let values = vec![1e-5, 2e-5, 4e-5];
@@ -343,7 +343,7 @@ mod tests {
         }
     }
 
-    /// A name above the greatest point at the upper edge and the heading of its plot have rows of their own.
+    /// The heading of a plot and the name of a point at its upper edge have separate rows.
     #[test]
     fn exact_heading_is_above_names() {
         let plot = Plot {

@@ -1,4 +1,4 @@
-//! Gears of a file: document, tables of geometry, path and load, figures.
+//! Report of a gear file: JSON document, tables of geometry, path of contact and load, figures.
 
 use serde_json::{Map, Value, json};
 
@@ -21,7 +21,7 @@ use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning};
 use crate::gear::load::compliance::StiffnessRow;
 use crate::gear::load::mesh_result::MeshResult;
-use crate::gear::load::relief::LeastRelief;
+use crate::gear::load::relief::OptimalRelief;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear::drawing::DrawingReading;
 use crate::plan::gear::geometry::{GearQuantity, QuantityValue};
@@ -36,28 +36,28 @@ pub(super) const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 const TE_DIRECTION: &str =
     "along the base tangent of the driven gear in the transverse plane, positive where it leads";
 
-/// A gear file with what it gives.
-pub struct GearAnswer<'a> {
-    /// The file.
+/// Gear file with its analysis result.
+pub struct GearReport<'a> {
+    /// Gear file.
     pub file: &'a GearFile,
-    /// The result.
+    /// Result of the analysis.
     pub result: GearResult,
 }
 
-impl GearAnswer<'_> {
-    /// Outlines of both gears, as they touch at the pitch point.
+impl GearReport<'_> {
+    /// Outlines of both gears in contact at the pitch point.
     pub fn outlines(&self) -> Vec<NamedOutline> {
         let pair = &self.result.pair;
         let teeth = pair.members.map(|m| 0..m.gear.teeth as i32);
         let polygons = pair.polygons_in_mesh(teeth, OutlineSteps::default());
-        let named = polygons.into_iter().zip(MEMBERS);
-        named
+        let outlines = polygons.into_iter().zip(MEMBERS);
+        outlines
             .map(|(points, name)| NamedOutline { name, points })
             .collect()
     }
 }
 
-impl Presentation for GearAnswer<'_> {
+impl Presentation for GearReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance::of_plan(
             std::slice::from_ref(&self.file.source),
@@ -74,7 +74,7 @@ impl Presentation for GearAnswer<'_> {
             "geometry": geometry_json(&result.quantities),
             "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
             "limits_kept": gear_limits::kept(&result.pair, &result.limits),
-            "drawing": result.drawing.iter().map(|all| all.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
+            "drawing": result.drawing.iter().map(|readings| readings.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
             "backlash": result.backlash.as_ref().map(backlash_json),
             "path": result.path.iter().map(|(name, point)| path_json(name, point)).collect::<Vec<_>>(),
             "stiffness": result.stiffness.iter().map(|row| json!({
@@ -94,8 +94,8 @@ impl Presentation for GearAnswer<'_> {
     fn text(&self) -> String {
         let result = &self.result;
         let mut text = title_lines(&self.file.title);
-        let kept = gear_limits::kept(&result.pair, &result.limits);
-        text += &format!("free of {}\n\n", kept.join(", "));
+        let fulfilled = gear_limits::kept(&result.pair, &result.limits);
+        text += &format!("free of {}\n\n", fulfilled.join(", "));
         text += &geometry_table(&result.quantities).text();
         text += &format!("\n{}", drawing_table(&result.drawing).text());
         if let Some(backlash) = &result.backlash {
@@ -114,7 +114,7 @@ impl Presentation for GearAnswer<'_> {
         text
     }
 
-    /// Over the positions of one pitch where there is a load, else the geometry.
+    /// Table over the mesh positions of one pitch for a loaded pair, else the geometry table.
     fn table(&self) -> Table<'_> {
         match &self.result.mesh {
             Some(mesh) => position_table(mesh),
@@ -126,7 +126,7 @@ impl Presentation for GearAnswer<'_> {
         true
     }
 
-    /// The steps, and what each stiffness method leaves out.
+    /// Steps of the analysis, and the effects each stiffness method omits.
     fn notes(&self) -> String {
         let left_out = |row: &StiffnessRow| {
             format!("{} leaves out: {}\n", row.method, row.left_out.join("; "))
@@ -137,38 +137,38 @@ impl Presentation for GearAnswer<'_> {
 
     fn views(&self) -> Vec<View> {
         let pair = &self.result.pair;
-        let in_space = helical_view(pair, self.file.hand);
+        let spatial = helical_view(pair, self.file.hand);
         std::iter::once(teeth_view(pair, &self.result.path))
-            .chain(in_space)
+            .chain(spatial)
             .collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let (title, result) = (&self.file.title, &self.result);
         let (pair, path) = (&result.pair, &result.path);
-        let mut all = vec![Figure::first(gear_plot::draw_teeth(title, pair, path))];
-        all.push(Figure::new(
+        let mut figures = vec![Figure::first(gear_plot::draw_teeth(title, pair, path))];
+        figures.push(Figure::new(
             "sliding",
             gear_plot::sliding(title, pair, path),
         ));
-        all.push(Figure::new(
+        figures.push(Figure::new(
             "profile",
             gear_plot::profile(title, pair, &self.file.modifications),
         ));
         if let Some(mesh) = &result.mesh {
-            all.push(Figure::new("mesh", gear_plot::te_over_pitch(title, mesh)));
+            figures.push(Figure::new("mesh", gear_plot::te_over_pitch(title, mesh)));
             let stiffness = gear_plot::stiffness(title, mesh);
-            all.push(Figure::new("stiffness", stiffness));
-            all.push(Figure::new("sharing", gear_plot::sharing(title, mesh)));
+            figures.push(Figure::new("stiffness", stiffness));
+            figures.push(Figure::new("sharing", gear_plot::sharing(title, mesh)));
             if mesh.cycles.len() > 1 {
-                all.push(Figure::new("harris", gear_plot::harris_map(title, mesh)));
+                figures.push(Figure::new("harris", gear_plot::harris_map(title, mesh)));
             }
         }
-        Ok(all)
+        Ok(figures)
     }
 }
 
-/// Quantities by name with unit: a value of the pair, or those of both members.
+/// Geometric quantities by key: one value of the pair, or one for each member.
 pub(super) fn geometry_json(quantities: &[GearQuantity]) -> Map<String, Value> {
     let value = |quantity: &GearQuantity| match quantity.value {
         QuantityValue::Each(values) => json!(values),
@@ -177,7 +177,7 @@ pub(super) fn geometry_json(quantities: &[GearQuantity]) -> Map<String, Value> {
     quantities.iter().map(|q| (q.key(), value(q))).collect()
 }
 
-/// Title of a file above its result; empty where it has none.
+/// Title of a file with a blank line below; empty without a title.
 pub(super) fn title_lines(title: &str) -> String {
     match title.is_empty() {
         true => String::new(),
@@ -193,8 +193,8 @@ fn limit_json(warning: &Warning) -> Value {
         NearestValue::TipDiameter { member, value } => {
             json!({ "member": MEMBERS[member], "tip_diameter_mm": 1e3 * value.value() })
         }
-        NearestValue::TipDiameters(both) => {
-            json!({ "tip_diameters_mm": both.map(|d| 1e3 * d.value()) })
+        NearestValue::TipDiameters(diameters) => {
+            json!({ "tip_diameters_mm": diameters.map(|d| 1e3 * d.value()) })
         }
         NearestValue::FaceWidth(width) => json!({ "face_width_mm": 1e3 * width.value() }),
         NearestValue::CentreDistance(a) => json!({ "centre_distance_mm": 1e3 * a.value() }),
@@ -227,7 +227,7 @@ fn reading_json(reading: &DrawingReading) -> Value {
 }
 
 fn backlash_json(limits: &BacklashLimits) -> Value {
-    let one = |backlash: &Backlash| {
+    let components = |backlash: &Backlash| {
         json!({
             "circumferential_um": 1e6 * backlash.circumferential,
             "normal_um": 1e6 * backlash.normal,
@@ -235,10 +235,10 @@ fn backlash_json(limits: &BacklashLimits) -> Value {
         })
     };
     json!({
-        "nominal": one(&limits.nominal),
-        "mean": one(&limits.mean),
-        "least": one(&limits.least),
-        "greatest": one(&limits.greatest),
+        "nominal": components(&limits.nominal),
+        "mean": components(&limits.mean),
+        "least": components(&limits.least),
+        "greatest": components(&limits.greatest),
     })
 }
 
@@ -254,7 +254,7 @@ fn path_json(name: &str, point: &PathPoint) -> Value {
     })
 }
 
-/// The columns of `mesh`: lists over torques of lists over positions.
+/// JSON of the loaded mesh: lists over torques of lists over mesh positions.
 fn mesh_json(mesh: &MeshResult) -> Value {
     let cycles = &mesh.cycles;
     let arcsec = |e: &f64| e / mesh.driven_base_radius * ARCSEC;
@@ -306,7 +306,7 @@ pub(super) fn member_table(
     table
 }
 
-/// Lengths to 0.1 µm, angles to 1e-4 deg, numbers to 1e-5; whole numbers as such.
+/// Formats to four decimals (0.1 µm, 1e-4 deg); whole numbers without decimals.
 fn geometry_number(x: f64) -> String {
     match x.fract() == 0.0 && x.abs() < 1e6 {
         true => format!("{x}"),
@@ -320,14 +320,14 @@ fn drawing_table(drawing: &[Vec<DrawingReading>; 2]) -> Table<'static> {
             .words(&[1]);
     for (member, readings) in MEMBERS.iter().zip(drawing) {
         for reading in readings {
-            let shown = |x: f64| format!("{:.4}", 1e3 * x);
+            let millimetres = |x: f64| format!("{:.4}", 1e3 * x);
             table.row([
                 format!("{member}: {}", reading.name),
                 reading.symbol.to_string(),
-                shown(reading.limits.nominal),
-                shown(reading.limits.least),
-                shown(reading.limits.greatest),
-                or_blank(reading.height, shown),
+                millimetres(reading.limits.nominal),
+                millimetres(reading.limits.least),
+                millimetres(reading.limits.greatest),
+                or_blank(reading.height, millimetres),
             ]);
         }
     }
@@ -336,14 +336,14 @@ fn drawing_table(drawing: &[Vec<DrawingReading>; 2]) -> Table<'static> {
 
 fn backlash_table(limits: &BacklashLimits) -> Table<'static> {
     let mut table = Table::named("backlash|nominal [µm]|mean [µm]|least [µm]|greatest [µm]");
-    let all = [
+    let cases = [
         &limits.nominal,
         &limits.mean,
         &limits.least,
         &limits.greatest,
     ];
     let mut row = |name: &str, of: fn(&Backlash) -> f64| {
-        let [nominal, mean, least, greatest] = all.map(|b| format!("{:.1}", 1e6 * of(b)));
+        let [nominal, mean, least, greatest] = cases.map(|b| format!("{:.1}", 1e6 * of(b)));
         table.row([name.to_string(), nominal, mean, least, greatest]);
     };
     row("circumferential j_wt", |b| b.circumferential);
@@ -374,44 +374,44 @@ fn stiffness_table(result: &GearResult) -> Table<'static> {
         Table::named("stiffness by|at C [N/(mm µm)]|c′ [N/(mm µm)]|c_γ [N/(mm µm)]|bodies")
             .words(&[4]);
     for row in &result.stiffness {
-        let shown = |x: f64| format!("{:.3}", 1e-9 * x);
-        let [one, other] = row.bodies;
-        let bodies = match one == other {
-            true => one.to_string(),
-            false => format!("{one}; {other}"),
+        let scaled = |x: f64| format!("{:.3}", 1e-9 * x);
+        let [pinion, gear] = row.bodies;
+        let bodies = match pinion == gear {
+            true => pinion.to_string(),
+            false => format!("{pinion}; {gear}"),
         };
         table.row([
             row.method.to_string(),
-            shown(row.at_pitch_point),
-            shown(row.single),
-            shown(row.mesh),
+            scaled(row.at_pitch_point),
+            scaled(row.single),
+            scaled(row.mesh),
             bodies,
         ]);
     }
     table
 }
 
-/// One row a torque.
+/// Table of the loaded mesh, one row per torque.
 fn load_table(mesh: &MeshResult) -> Table<'static> {
     let mut table = Table::numeric(
         "torque [N·m]|te peak to peak [µm]|te peak to peak [arcsec]|k mean [N/µm]|k least [N/µm]|k most [N/µm]|pressure [N/mm²]|on corners [%]",
     );
     for cycle in &mesh.cycles {
-        let over = cycle.peak_to_peak();
+        let peak_to_peak = cycle.peak_to_peak();
         let mean = cycle.tangent.iter().sum::<f64>() / cycle.tangent.len().max(1) as f64;
-        let ends = |all: &[f64]| {
-            (all.iter()).fold([f64::INFINITY, 0.0f64], |[l, h], x| [l.min(*x), h.max(*x)])
+        let range = |values: &[f64]| {
+            (values.iter()).fold([f64::INFINITY, 0.0f64], |[l, h], x| [l.min(*x), h.max(*x)])
         };
-        let [least, most] = ends(&cycle.tangent);
+        let [least, greatest] = range(&cycle.tangent);
         let pressure = cycle.pressure.iter().flatten().copied().reduce(f64::max);
         let corner = cycle.corner_share.iter().copied().fold(0.0, f64::max);
         table.row([
             significant(cycle.torque),
-            format!("{:.4}", 1e6 * over),
-            format!("{:.4}", over / mesh.driven_base_radius * ARCSEC),
+            format!("{:.4}", 1e6 * peak_to_peak),
+            format!("{:.4}", peak_to_peak / mesh.driven_base_radius * ARCSEC),
             significant(1e-6 * mean),
             significant(1e-6 * least),
-            significant(1e-6 * most),
+            significant(1e-6 * greatest),
             or_dash(pressure, |p| format!("{:.1}", 1e-6 * p)),
             format!("{:.1}", 100.0 * corner),
         ]);
@@ -419,12 +419,12 @@ fn load_table(mesh: &MeshResult) -> Table<'static> {
     table
 }
 
-fn relief_json(relief: &LeastRelief) -> Value {
-    let one =
+fn relief_json(relief: &OptimalRelief) -> Value {
+    let relief_of =
         |r: &Relief| json!({ "tip_relief_um": 1e6 * r.amount, "relief_from_mm": 1e3 * r.from });
     json!({
-        "pinion": one(&relief.reliefs[0]),
-        "gear": one(&relief.reliefs[1]),
+        "pinion": relief_of(&relief.reliefs[0]),
+        "gear": relief_of(&relief.reliefs[1]),
         "share": relief.share,
         "torques_nm": relief.torques,
         "peak_to_peak_um": relief.peak_to_peak.iter().map(|e| 1e6 * e).collect::<Vec<_>>(),
@@ -432,19 +432,19 @@ fn relief_json(relief: &LeastRelief) -> Value {
     })
 }
 
-/// The relief as keys of the file, and the peak-to-peak it leaves.
-fn relief_lines(relief: &LeastRelief) -> String {
+/// Tip relief as keys of the gear file, and the remaining peak-to-peak transmission error by torque.
+fn relief_lines(relief: &OptimalRelief) -> String {
     let mut table = Table::numeric("torque [N·m]|te peak to peak [µm]|without tip relief [µm]");
     let rows = relief
         .torques
         .iter()
         .zip(&relief.peak_to_peak)
         .zip(&relief.without);
-    for ((torque, with), without) in rows {
+    for ((torque, modified), unmodified) in rows {
         table.row([
             significant(*torque),
-            format!("{:.4}", 1e6 * with),
-            format!("{:.4}", 1e6 * without),
+            format!("{:.4}", 1e6 * modified),
+            format!("{:.4}", 1e6 * unmodified),
         ]);
     }
     let keys: String = MEMBERS
@@ -459,30 +459,30 @@ fn relief_lines(relief: &LeastRelief) -> String {
         })
         .collect();
     format!(
-        "relief of least peak to peak over the torques, over {:.1} % of the path on which the most pairs touch\n{keys}{}",
+        "relief of minimum peak to peak over the torques, over {:.1} % of the path of multiple contact\n{keys}{}",
         100.0 * relief.share,
         table.text()
     )
 }
 
-/// One row a position: e and k at every torque.
+/// Table over mesh positions: transmission error and stiffness at every torque.
 fn position_table(mesh: &MeshResult) -> Table<'_> {
     let micro = |values: &[f64]| values.iter().map(|e| 1e6 * e + 0.0).collect::<Vec<f64>>();
     let mut table = Table::default()
         .numbers("pinion_angle", "rad", &mesh.pinion_angles[..], decimal)
         .numbers("te_unloaded", "µm", micro(&mesh.unloaded_te), decimal);
     for cycle in &mesh.cycles {
-        let at = format!("{} N·m", decimal(cycle.torque));
+        let load = format!("{} N·m", decimal(cycle.torque));
         table = table
-            .numbers(&format!("te at {at}"), "µm", micro(&cycle.te), decimal)
+            .numbers(&format!("te at {load}"), "µm", micro(&cycle.te), decimal)
             .numbers(
-                &format!("secant stiffness at {at}"),
+                &format!("secant stiffness at {load}"),
                 "N/m",
                 &cycle.secant[..],
                 decimal,
             )
             .numbers(
-                &format!("tangent stiffness at {at}"),
+                &format!("tangent stiffness at {load}"),
                 "N/m",
                 &cycle.tangent[..],
                 decimal,

@@ -75,7 +75,7 @@ impl Presentation for CutReport<'_> {
             Table::named("member|side|distance from root [mm]|regular blades [µm]|all causes [µm]");
         for flank in &self.result.flanks {
             let [regular, all] = &flank.profile.curves;
-            for (k, place) in flank.profile.places.iter().enumerate() {
+            for (k, place) in flank.profile.distances.iter().enumerate() {
                 let shown = |d: Option<f64>| d.map_or(String::new(), |d| decimal(1e6 * d));
                 table.row([
                     MEMBERS[flank.member].to_string(),
@@ -197,7 +197,7 @@ fn place(statistics: &DeviationStatistics) -> String {
 
 fn scallop_table(flanks: &[CutFlankResult]) -> Table<'static> {
     let mut table = Table::named(
-        "scallops|Δx [deg]|by law, least [µm]|greatest [µm]|on rays, least [µm]|greatest [µm]|at face, height [%]|law off by [%]",
+        "scallops|Δx [deg]|by law, least [µm]|greatest [µm]|on rays, least [µm]|greatest [µm]|at face, height [%]|error of law [%]",
     );
     for flank in flanks {
         let ends = |map: &DeviationMap| {
@@ -356,7 +356,7 @@ fn mesh_json(mesh: &CutMesh) -> Value {
 
 fn chip_summary<'a>(chips: impl Iterator<Item = &'a ChipResult>) -> Table<'static> {
     let mut table = Table::named(
-        "chips|passes|cradle from [deg]|to [deg]|greatest area [mm²]|edge there [mm]|mean thickness there [mm]|volume [mm³]",
+        "chips|passes|cradle from [deg]|to [deg]|maximum area [mm²]|edge there [mm]|mean thickness there [mm]|volume [mm³]",
     );
     for result in chips {
         let (Some(greatest), Some(roll)) = (result.greatest(), result.roll()) else {

@@ -1,7 +1,7 @@
 //! Figures of a cut: maps of the deviations over the flanks, profiles with their scallops, shares of the blades.
 
 use super::figure::{Axis, Curve, Ink, Mark, Plot, PlotColumn};
-use super::heatmap::{draw_colour_bar, ink, step_of};
+use super::heatmap::{colour_step, draw_colour_bar, ink};
 use super::svg::{Anchor, BLACK, Canvas, Panel, WIDTH, render_svg};
 use crate::gear::bevel::tooth::SIDES;
 use crate::numeric::statistics::extremes;
@@ -94,7 +94,7 @@ fn draw_map(canvas: &mut Canvas, top: f64, map: &FlankMap) {
             (other.0 + OVERLAP).min(ACROSS.1),
             (other.1 - OVERLAP).max(down.0),
         );
-        canvas.fill_rect(one, corner, ink(step_of(times * deviation, scale)));
+        canvas.fill_rect(one, corner, ink(colour_step(times * deviation, scale)));
     }
     canvas.stroke_rect((ACROSS.0, down.0), (ACROSS.1, down.1), BLACK, 0.8);
     draw_colour_bar(canvas, (ACROSS.1, down), scale, unit);
@@ -104,7 +104,7 @@ fn draw_map(canvas: &mut Canvas, top: f64, map: &FlankMap) {
 pub fn profiles(title: &str, flanks: &[CutFlankResult]) -> PlotColumn {
     let names = ["regular blades", "all causes"];
     let plot = |flank: &CutFlankResult| {
-        let places: Vec<f64> = flank.profile.places.iter().map(|x| 1e3 * x).collect();
+        let places: Vec<f64> = flank.profile.distances.iter().map(|x| 1e3 * x).collect();
         let count = flank.causes.len().min(2);
         let curves = (0..count).rev().map(|k| {
             let y = flank.profile.curves[k].iter();

@@ -1,4 +1,4 @@
-//! Figures of a gear pair: teeth in mesh at the pitch point, sliding over the path, designed profile, stiffness and transmission error over a pitch, Harris map.
+//! Figures of a gear pair: teeth in mesh, specific sliding, designed profile, stiffness and transmission error over a pitch, Harris map.
 
 use std::f64::consts::TAU;
 
@@ -15,31 +15,31 @@ use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::load::contact_path::ContactPath;
 use crate::gear::load::mesh_result::{LoadedCycle, MeshResult};
 
-/// Teeth shown on either side of the pitch point.
+/// Teeth drawn on either side of the pitch point.
 const NEIGHBOURS: i32 = 2;
 /// Height of the drawing of teeth, points.
 const HEIGHT: f64 = 520.0;
-/// Steps of the drawn teeth.
+/// Number of outline points of a drawn tooth.
 const STEPS: OutlineSteps = OutlineSteps {
     fillet: 16,
     involute: 24,
     land: 6,
 };
-/// Points of a circle's arc.
+/// Number of intervals of a drawn arc.
 const ARC: usize = 120;
-/// Points along the path of contact.
+/// Number of intervals along the path of contact.
 const PATH: usize = 200;
-/// Curves of one figure.
+/// Largest number of curves in one figure.
 const CURVES: usize = 4;
 
-/// Metres to canvas about the pitch point; the pinion's axis lies below, the gear's above, of an internal gear below as well.
-struct Place {
+/// Map from metres to canvas points about the pitch point; the pinion axis lies below, the gear axis above (below if internal).
+struct Scale {
     middle: Point2,
     scale: f64,
 }
 
-impl Place {
-    fn at(&self, [x, y]: [f64; 2]) -> Point2 {
+impl Scale {
+    fn map(&self, [x, y]: [f64; 2]) -> Point2 {
         (
             self.middle.0 + self.scale * x,
             self.middle.1 - self.scale * y,
@@ -47,9 +47,9 @@ impl Place {
     }
 }
 
-/// A gear on the canvas: its axis on the line of centres, angles counted from the pitch point.
+/// Gear on the canvas with its axis on the line of centres; angles are measured from the pitch point.
 struct PlacedGear<'a> {
-    place: &'a Place,
+    transform: &'a Scale,
     centre: f64,
     /// Direction from the axis to the pitch point: 1 up, −1 down.
     up: f64,
@@ -57,10 +57,10 @@ struct PlacedGear<'a> {
 }
 
 impl PlacedGear<'_> {
-    fn at(&self, radius: f64, angle: f64) -> Point2 {
+    fn polar(&self, radius: f64, angle: f64) -> Point2 {
         let (sin, cos) = angle.sin_cos();
-        self.place
-            .at([radius * sin, self.centre + self.up * radius * cos])
+        self.transform
+            .map([radius * sin, self.centre + self.up * radius * cos])
     }
 }
 
@@ -68,20 +68,20 @@ impl PlacedGear<'_> {
 pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> String {
     let [r1, r2] = pair.working_diameters().map(|d| 0.5 * d);
     let module = pair.members[0].gear.module;
-    let wide = 2.6 * TAU * r1 / f64::from(pair.members[0].gear.teeth);
-    let place = Place {
+    let half_width = 2.6 * TAU * r1 / f64::from(pair.members[0].gear.teeth);
+    let transform = Scale {
         middle: (0.5 * WIDTH, 0.5 * HEIGHT + 20.0),
-        scale: (WIDTH / (2.0 * wide)).min(HEIGHT / (9.0 * module)),
+        scale: (WIDTH / (2.0 * half_width)).min(HEIGHT / (9.0 * module)),
     };
-    // Axes with the pitch point at the origin.
+    // Centres with the pitch point at the origin.
     let (gear_centre, gear_up) = match pair.members[1].gear.internal {
         true => (-r2, 1.0),
         false => (r2, -1.0),
     };
-    let placed = [(-r1, 1.0, BLUE), (gear_centre, gear_up, ORANGE)].map(|(centre, up, ink)| {
-        let place = &place;
+    let gears = [(-r1, 1.0, BLUE), (gear_centre, gear_up, ORANGE)].map(|(centre, up, ink)| {
+        let transform = &transform;
         PlacedGear {
-            place,
+            transform,
             centre,
             up,
             ink,
@@ -89,32 +89,32 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
     });
     render_svg(WIDTH, HEIGHT + 60.0, |canvas| {
         canvas.text(title, (24.0, 18.0), TITLE_SIZE, BLACK, Anchor::Start);
-        for (k, gear) in placed.iter().enumerate() {
+        for (k, gear) in gears.iter().enumerate() {
             for (rank, (name, radius)) in circles(pair, k).into_iter().enumerate() {
                 draw_circle(canvas, gear, radius, (name, rank, k == 0));
             }
         }
-        let near = -NEIGHBOURS..NEIGHBOURS + 1;
-        let polygons = pair.polygons_in_mesh([near.clone(), near], STEPS);
-        for (polygon, gear) in polygons.iter().zip(&placed) {
+        let tooth_range = -NEIGHBOURS..NEIGHBOURS + 1;
+        let polygons = pair.polygons_in_mesh([tooth_range.clone(), tooth_range], STEPS);
+        for (polygon, gear) in polygons.iter().zip(&gears) {
             let line: Vec<Point2> = (polygon.iter())
-                .map(|[x, y]| place.at([-y, x - r1]))
+                .map(|[x, y]| transform.map([-y, x - r1]))
                 .collect();
             for run in line.split(|p| !inside(*p)) {
                 canvas.polyline(run, gear.ink, 1.2, LineStyle::Solid);
             }
         }
-        draw_path(canvas, &place, pair, path);
+        draw_path(canvas, &transform, pair, path);
         let names = ["pinion (driving)", "gear"];
-        for ((k, gear), y) in placed.iter().enumerate().zip([44.0, 28.0]) {
+        for ((k, gear), y) in gears.iter().enumerate().zip([44.0, 28.0]) {
             let text = format!("{}, {}", names[k], circle_text(pair, k));
             canvas.text(&text, (24.0, HEIGHT + y), 10.0, gear.ink, Anchor::Start);
         }
-        canvas.length_bar(place.scale, 2.0 * module, (WIDTH - 24.0, 18.0));
+        canvas.length_bar(transform.scale, 2.0 * module, (WIDTH - 24.0, 18.0));
     })
 }
 
-/// Circles of a gear with their radii, m.
+/// Names and radii, m, of the circles of a gear.
 fn circles(pair: &Pair, k: usize) -> [(&'static str, f64); 5] {
     let (outline, gear) = (&pair.outlines[k], &pair.members[k].gear);
     [
@@ -126,49 +126,49 @@ fn circles(pair: &Pair, k: usize) -> [(&'static str, f64); 5] {
     ]
 }
 
-/// Tooth number, diameters of the circles and the pressure angles there, of those outside the base circle.
+/// Number of teeth, circle diameters and, outside the base circle, the pressure angles.
 fn circle_text(pair: &Pair, k: usize) -> String {
     let gear = &pair.members[k].gear;
     let circle = |(name, radius): (&str, f64)| {
         let angle = gear.pressure_angle_at(2.0 * radius).to_degrees();
-        let at = match angle > 0.0 {
+        let angle_text = match angle > 0.0 {
             true => format!(" ({angle:.2}°)"),
             false => String::new(),
         };
-        format!("{name} {:.3}{at}", 2e3 * radius)
+        format!("{name} {:.3}{angle_text}", 2e3 * radius)
     };
-    let all: Vec<String> = circles(pair, k).into_iter().map(circle).collect();
-    format!("{} teeth, diameters in mm: {}", gear.teeth, all.join(", "))
+    let list: Vec<String> = circles(pair, k).into_iter().map(circle).collect();
+    format!("{} teeth, diameters in mm: {}", gear.teeth, list.join(", "))
 }
 
-/// Points of an arc between the names of two circles of a gear.
+/// Arc points between the labels of two circles of a gear.
 const NAME_STEP: usize = 8;
 
-/// Arc of a circle near the pitch point, dotted, with its name: of the pinion near the right end, of the gear near the left one, the
-/// circles of a rank further in.
+/// Draws a dotted arc near the pitch point with its label, at the right end for the pinion, at the left end for the gear; labels of higher
+/// rank lie further inside.
 fn draw_circle(
     canvas: &mut Canvas,
     gear: &PlacedGear,
     radius: f64,
     (name, rank, at_right): (&str, usize, bool),
 ) {
-    let half = 0.5 * WIDTH / gear.place.scale;
-    let reach = (half / radius).min(1.0).asin();
+    let half_width = 0.5 * WIDTH / gear.transform.scale;
+    let max_angle = (half_width / radius).min(1.0).asin();
     let arc: Vec<Point2> = (0..=ARC)
-        .map(|i| gear.at(radius, reach * (2.0 * i as f64 / ARC as f64 - 1.0)))
+        .map(|i| gear.polar(radius, max_angle * (2.0 * i as f64 / ARC as f64 - 1.0)))
         .filter(|p| inside(*p))
         .collect();
     canvas.polyline(&arc, GREY, 0.6, LineStyle::Dotted);
-    let place = match at_right {
+    let point = match at_right {
         true => arc.iter().rev().nth(NAME_STEP * rank + 1),
         false => arc.get(NAME_STEP * rank + 1),
     };
-    if let Some(place) = place {
+    if let Some(point) = point {
         let anchor = match at_right {
             true => Anchor::End,
             false => Anchor::Start,
         };
-        canvas.text(name, (place.0, place.1 - 4.0), 10.0, gear.ink, anchor);
+        canvas.text(name, (point.0, point.1 - 4.0), 10.0, gear.ink, anchor);
     }
 }
 
@@ -176,10 +176,10 @@ fn inside((x, y): Point2) -> bool {
     (0.0..=WIDTH).contains(&x) && (26.0..=HEIGHT + 20.0).contains(&y)
 }
 
-/// Path of contact on the line of action with its points.
-fn draw_path(canvas: &mut Canvas, place: &Place, pair: &Pair, path: &[(&'static str, PathPoint)]) {
+/// Draws the path of contact on the line of action with its labelled points.
+fn draw_path(canvas: &mut Canvas, frame: &Scale, pair: &Pair, path: &[(&'static str, PathPoint)]) {
     let (sin, cos) = pair.working_pressure_angle.sin_cos();
-    let at = |distance: f64| place.at([distance * cos, distance * sin]);
+    let at = |distance: f64| frame.map([distance * cos, distance * sin]);
     let (Some(first), Some(last)) = (path.first(), path.last()) else {
         return;
     };
@@ -187,32 +187,32 @@ fn draw_path(canvas: &mut Canvas, place: &Place, pair: &Pair, path: &[(&'static 
     let [from, to] = [first.1.distance, last.1.distance];
     canvas.line(at(from - pitch), at(to + pitch), LIGHT_GREY, 0.8);
     canvas.line(at(from), at(to), BLACK, 1.6);
-    // A letter too near the one before stands on the other side of the line.
+    // A letter too close to the previous one goes on the other side of the line.
     let mut below_until = f64::NEG_INFINITY;
     for (name, point) in path {
-        let spot = at(point.distance);
-        canvas.fill_circle(spot, 2.2, BLACK);
-        let (place, anchor) = match spot.0 >= below_until {
-            true => ((spot.0 + 4.0, spot.1 + 11.0), Anchor::Start),
-            false => ((spot.0 - 4.0, spot.1 - 5.0), Anchor::End),
+        let marker = at(point.distance);
+        canvas.fill_circle(marker, 2.2, BLACK);
+        let (label, anchor) = match marker.0 >= below_until {
+            true => ((marker.0 + 4.0, marker.1 + 11.0), Anchor::Start),
+            false => ((marker.0 - 4.0, marker.1 - 5.0), Anchor::End),
         };
-        if spot.0 >= below_until {
-            below_until = spot.0 + 14.0;
+        if marker.0 >= below_until {
+            below_until = marker.0 + 14.0;
         }
-        canvas.text(name, place, 10.0, BLACK, anchor);
+        canvas.text(name, label, 10.0, BLACK, anchor);
     }
 }
 
-/// Specific sliding of both gears over the path of contact.
+/// Plot of the specific sliding of both gears over the path of contact.
 pub fn sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> PlotColumn {
-    /// Sliding grows without limit toward the base circles.
-    const LARGEST: f64 = -10.0;
+    /// Lower limit of the plot; specific sliding diverges toward the base circles.
+    const LOWEST: f64 = -10.0;
     let [approach, recess] = pair.path_ends();
-    let at = |i: usize| recess.mul_add(i as f64, -approach * (PATH - i) as f64) / PATH as f64;
-    let points: Vec<PathPoint> = (0..=PATH).map(|i| pair.path_point(at(i))).collect();
+    let distance = |i: usize| recess.mul_add(i as f64, -approach * (PATH - i) as f64) / PATH as f64;
+    let points: Vec<PathPoint> = (0..=PATH).map(|i| pair.path_point(distance(i))).collect();
     let line = |name: &str, k: usize| {
-        let known = points.iter().filter(|p| p.specific_sliding[k] >= LARGEST);
-        let (x, y) = known
+        let plotted = points.iter().filter(|p| p.specific_sliding[k] >= LOWEST);
+        let (x, y) = plotted
             .map(|p| (1e3 * p.distance, p.specific_sliding[k]))
             .unzip();
         (name.to_string(), x, y)
@@ -233,14 +233,14 @@ pub fn sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> 
     figure
 }
 
-/// Designed profile of both flanks over the length of roll, as an inspection chart shows it: material removed counts below zero.
+/// Plot of the designed profile of both flanks over the length of roll; removed material is negative, as on an inspection chart.
 pub fn profile(title: &str, pair: &Pair, modifications: &[FlankModification; 2]) -> PlotColumn {
     let path = ContactPath::new(pair);
     let line = |k: usize| {
         let [root, tip] = path.flank_ends[k];
-        let at = |i: usize| root + (tip - root) * i as f64 / PATH as f64;
-        let rolls = (0..=PATH).map(at);
-        // Middle of the face: helix modifications have no part in a profile.
+        let roll_at = |i: usize| root + (tip - root) * i as f64 / PATH as f64;
+        let rolls = (0..=PATH).map(roll_at);
+        // At mid-face, helix modifications do not enter the profile.
         let removed = |roll: f64| -1e6 * modifications[k].removed(roll, [root, tip], 0.5);
         let (x, y) = rolls.map(|roll| (1e3 * roll, removed(roll) + 0.0)).unzip();
         (["pinion", "gear"][k].to_string(), x, y)
@@ -268,14 +268,14 @@ pub fn profile(title: &str, pair: &Pair, modifications: &[FlankModification; 2])
     figure
 }
 
-/// Torques of the figure over a pitch: first, last and some between.
+/// Indices of the plotted torques: first, last and some between.
 fn shown_cycles(mesh: &MeshResult) -> impl Iterator<Item = usize> {
     let last = mesh.cycles.len().saturating_sub(1);
     let count = CURVES.min(mesh.cycles.len());
     (0..count).map(move |k| last * k / count.saturating_sub(1).max(1))
 }
 
-/// e over the pinion angle at up to four torques.
+/// Plot of the transmission error over the pinion angle at up to four torques.
 pub fn te_over_pitch(title: &str, mesh: &MeshResult) -> PlotColumn {
     over_pitch(
         title,
@@ -288,7 +288,7 @@ pub fn te_over_pitch(title: &str, mesh: &MeshResult) -> PlotColumn {
     )
 }
 
-/// Tangent stiffness over the pinion angle at up to four torques.
+/// Plot of the tangent stiffness over the pinion angle at up to four torques.
 pub fn stiffness(title: &str, mesh: &MeshResult) -> PlotColumn {
     over_pitch(title, mesh, "tangent stiffness, N/µm", |cycle| {
         cycle.tangent.iter().map(|k| 1e-6 * k).collect()
@@ -320,7 +320,7 @@ fn over_pitch(
     PlotColumn::of_lines(title, axes, shown_cycles(mesh).map(line))
 }
 
-/// Share of each tooth pair in the largest torque over the pinion angle.
+/// Plot of the load share of each tooth pair over the pinion angle at the largest torque.
 pub fn sharing(title: &str, mesh: &MeshResult) -> PlotColumn {
     let Some(cycle) = mesh.cycles.last() else {
         return PlotColumn::default();
@@ -339,7 +339,7 @@ pub fn sharing(title: &str, mesh: &MeshResult) -> PlotColumn {
     PlotColumn::of_lines(title, axes, (0..mesh.pairs.len()).filter(carries).map(line))
 }
 
-/// Peak-to-peak transmission error over torque.
+/// Plot of the peak-to-peak transmission error over torque.
 pub fn harris_map(title: &str, mesh: &MeshResult) -> PlotColumn {
     let torques = mesh.cycles.iter().map(|c| c.torque).collect();
     let peaks: Vec<f64> = mesh.cycles.iter().map(|c| 1e6 * c.peak_to_peak()).collect();

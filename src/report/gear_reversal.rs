@@ -8,7 +8,7 @@ use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::gear::cylindrical::reverse::candidate::Candidate;
-use crate::gear::cylindrical::reverse::confusion::{Confusion, Remedy};
+use crate::gear::cylindrical::reverse::confusion::{Ambiguity, Remedy};
 use crate::gear::cylindrical::reverse::standard_sizes::ToothSize;
 use crate::plan::gear::reversal::ReversalResult;
 use crate::scene::gear_readings::GearReadingsFile;
@@ -36,7 +36,7 @@ impl Presentation for ReversalReport<'_> {
     fn body(&self) -> Result<Value, Error> {
         let reversal = &self.result.reversal;
         let candidates: Vec<Value> = reversal.candidates.iter().map(candidate_json).collect();
-        let open = reversal.confusions.iter();
+        let open = reversal.ambiguities.iter();
         Ok(json!({
             "title": self.file.title,
             "kind": "cylindrical",
@@ -56,9 +56,9 @@ impl Presentation for ReversalReport<'_> {
             let more = reversal.candidates.len() - shown;
             text += &format!("… {more} more with larger misfits (--csv, --json)\n");
         }
-        if !reversal.confusions.is_empty() {
+        if !reversal.ambiguities.is_empty() {
             let mut table = Table::texts("not separated from the first|base pitch|separated by");
-            for confusion in &reversal.confusions {
+            for confusion in &reversal.ambiguities {
                 let other = &reversal.candidates[confusion.candidates[1]];
                 table.row([
                     format!("{}, {:.1}°", size_text(other.size), pressure_angle(other)),
@@ -136,7 +136,7 @@ fn apart_text([least, most]: [f64; 2]) -> String {
     }
 }
 
-fn remedies_text(confusion: &Confusion) -> String {
+fn remedies_text(confusion: &Ambiguity) -> String {
     let text = |remedy: &Remedy| match remedy {
         Remedy::TipDiameter(apart) => format!("tip diameter ({})", apart_text(*apart)),
         Remedy::RootDiameter(apart) => format!("root diameter ({})", apart_text(*apart)),
@@ -152,7 +152,7 @@ fn remedies_text(confusion: &Confusion) -> String {
     };
     let texts: Vec<String> = confusion.remedies.iter().map(text).collect();
     match texts.is_empty() {
-        true => "no usual reading".into(),
+        true => "no common reading".into(),
         false => texts.join(", or "),
     }
 }
@@ -186,7 +186,7 @@ fn candidate_json(candidate: &Candidate) -> Value {
     })
 }
 
-fn confusion_json(confusion: &Confusion) -> Value {
+fn confusion_json(confusion: &Ambiguity) -> Value {
     let remedy = |remedy: &Remedy| match remedy {
         Remedy::TipDiameter([least, most]) => json!({
             "reading": "tip_diameter", "apart_um": 1e6 * least, "apart_at_most_um": 1e6 * most,

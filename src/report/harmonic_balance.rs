@@ -33,7 +33,7 @@ impl Presentation for StudyReport<'_, HarmonicBalanceResult> {
         let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
             let mut value = motion(result, &s.point);
             value["kind"] = json!(bifurcation_name(s.kind));
-            value["rising_speed"] = json!(s.point.sense > 0.0);
+            value["rising_speed"] = json!(s.point.frequency_tangent > 0.0);
             value["after_point"] = json!(s.after);
             value["jumps_to"] = json!(jump);
             value

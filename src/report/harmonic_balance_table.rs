@@ -35,14 +35,14 @@ pub fn text(result: &HarmonicBalanceResult) -> String {
     if result.curve.bifurcations.is_empty() {
         let stable = result.curve.points.iter().all(|p| p.unstable_count() == 0);
         text += match stable {
-            true => "no fold, no bifurcation: every motion is stable\n",
-            false => "no fold, no bifurcation: every motion is unstable\n",
+            true => "no fold, no bifurcation: all motions are stable\n",
+            false => "no fold, no bifurcation: all motions are unstable\n",
         };
     } else {
         let mut table = Table::new("speed [rpm]|frequency [Hz]")
             .column("amplitude", &unit)
             .column("jumps to", &unit)
-            .columns("multiplier|what happens");
+            .columns("multiplier|bifurcation");
         for (s, jump) in result.curve.bifurcations.iter().zip(&result.jumps) {
             let multiplier = or_dash(s.point.multipliers.first(), |m| {
                 let sign = if m.im == 0.0 && m.re < 0.0 { "−" } else { "" };
@@ -87,13 +87,13 @@ pub(super) fn bifurcation_name(kind: BifurcationKind) -> &'static str {
 
 /// Description of a bifurcation, seen from the motion the curve came along.
 fn describe_bifurcation(s: &Bifurcation) -> String {
-    let sense = if s.point.sense > 0.0 {
+    let sense = if s.point.frequency_tangent > 0.0 {
         "rising"
     } else {
         "falling"
     };
     match s.kind {
-        BifurcationKind::Fold => format!("fold: the end for {sense} speed"),
+        BifurcationKind::Fold => format!("fold: end of the branch for {sense} speed"),
         kind => bifurcation_name(kind).to_string(),
     }
 }
@@ -118,7 +118,7 @@ fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) 
                     "the period doubling at {born} rpm ends the double-period motions listed above\n"
                 ),
                 None => format!(
-                    "the motion of two periods born at {born} rpm was not found: simulate in time to see it\n"
+                    "the motion of two periods born at {born} rpm was not found: simulate in time\n"
                 ),
             };
             continue;

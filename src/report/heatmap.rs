@@ -1,9 +1,9 @@
-//! Maps of levels over two axes: time or speed, and frequency.
+//! Colour maps of levels in dB over time or speed (abscissa) and frequency (ordinate).
 
 use super::figure::LevelMap;
 use super::svg::{Anchor, Canvas, Colour, GREY, Panel, WIDTH, colour_from_rgb, ticks};
 
-/// Viridis of matplotlib (van der Walt & Smith 2015) at nine even steps: lightness rises evenly, in grey print too.
+/// Viridis colour map of matplotlib (van der Walt & Smith 2015) at nine even steps; lightness rises evenly, also in grey print.
 const SCALE: [(f64, f64, f64); 9] = [
     (68.0, 1.0, 84.0),
     (71.0, 45.0, 123.0),
@@ -16,44 +16,44 @@ const SCALE: [(f64, f64, f64); 9] = [
     (253.0, 231.0, 37.0),
 ];
 
-/// Colours distinguished.
+/// Number of colours.
 const STEPS: usize = 48;
 
-/// Cells across and down at most: what is finer no eye could distinguish, and no viewer would like to draw.
-const PRINTED: (usize, usize) = (250, 140);
+/// Largest number of cells across and down; finer cells are not visible and slow the viewer.
+const CELLS: (usize, usize) = (250, 140);
 
-/// Cells of a map of narrow lines in an SVG file, across and down at most.
-const PRINTED_SPARSE: (usize, usize) = (480, 400);
+/// Largest number of cells across and down of a map of narrow lines.
+const CELLS_SPARSE: (usize, usize) = (480, 400);
 
-/// Levels shown below the largest at most, dB.
+/// Largest range of levels below the maximum, dB.
 const DYNAMIC_RANGE_DB: f64 = 80.0;
 
-/// The share of cells below the scale: the quietest of a noise floor are its accidents.
-const BELOW: f64 = 0.02;
+/// Share of cells below the colour scale: the lowest levels of a noise floor are random.
+const CLIPPED: f64 = 0.02;
 
-/// Blocks reach under those drawn after them, so that no paper shines through between two.
+/// Overlap of adjacent blocks, points; it closes the gaps of anti-aliasing.
 const OVERLAP: f64 = 1.0;
 
-/// Ranges of both axes of a map; absent where it has no level.
+/// Ranges of both axes of a map; `None` without finite levels.
 pub(super) fn map_ranges(map: &LevelMap) -> Option<((f64, f64), (f64, f64))> {
-    let cells = MapCells::from_map(map, printed(map));
+    let cells = MapCells::from_map(map, limits(map));
     cells.scale()?;
     let (first, last) = (cells.columns.first()?, cells.columns.last()?);
     let top = cells.low + first.levels.len() as f64 * cells.step;
     Some(((first.from, last.to), (cells.low, top)))
 }
 
-/// Cells of a map in an SVG file.
-fn printed(map: &LevelMap) -> (usize, usize) {
+/// Largest number of cells of a map in an SVG file, across and down.
+fn limits(map: &LevelMap) -> (usize, usize) {
     match map.sparse {
-        true => PRINTED_SPARSE,
-        false => PRINTED,
+        true => CELLS_SPARSE,
+        false => CELLS,
     }
 }
 
-/// Draws a map inside a panel, with its scale of colours on the right.
+/// Draws a map inside a panel with the colour bar on its right.
 pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
-    let cells = MapCells::from_map(map, printed(map));
+    let cells = MapCells::from_map(map, limits(map));
     let Some(scale) = cells.scale() else {
         return;
     };
@@ -64,26 +64,26 @@ pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
         )
     };
     let height = |k: usize| {
-        let at = panel.canvas_y(cells.low + k as f64 * cells.step);
-        at.clamp(panel.down.0, panel.down.1)
+        let y = panel.canvas_y(cells.low + k as f64 * cells.step);
+        y.clamp(panel.down.0, panel.down.1)
     };
-    // The lowest colour is the ground of columns without a gap between them.
-    let joined = |a: &MapColumn, b: &MapColumn| b.from - a.to < 0.5 * (a.to - a.from);
-    for run in cells.columns.chunk_by(joined) {
+    // Adjoining columns share one background of the lowest colour.
+    let adjoin = |a: &MapColumn, b: &MapColumn| b.from - a.to < 0.5 * (a.to - a.from);
+    for run in cells.columns.chunk_by(adjoin) {
         let (left, right) = across(run[0].from, run[run.len() - 1].to);
         let top = height(run[0].levels.len());
         canvas.fill_rect((left, height(0)), (right, top), ink(0));
     }
     for column in &cells.columns {
         let across = across(column.from, column.to);
-        let step = |level: &f64| step_of(*level, scale);
-        let mut at = 0;
-        // Cells of one colour are one block.
+        let step = |level: &f64| colour_step(*level, scale);
+        let mut row = 0;
+        // Adjacent cells of equal colour are drawn as one block.
         for run in column.levels.chunk_by(|a, b| step(a) == step(b)) {
-            let (from, colour) = (at, step(&run[0]));
-            at += run.len();
+            let (from, colour) = (row, step(&run[0]));
+            row += run.len();
             if colour > 0 {
-                let top = (height(at) - OVERLAP).max(panel.down.0);
+                let top = (height(row) - OVERLAP).max(panel.down.0);
                 canvas.fill_rect((across.0, height(from)), (across.1, top), ink(colour));
             }
         }
@@ -91,7 +91,7 @@ pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
     draw_colour_bar(canvas, (panel.across.1, panel.down), scale, &map.label);
 }
 
-/// The scale of colours right of a map that ends at `left`.
+/// Draws the colour bar to the right of a map whose right edge is `left`.
 pub(super) fn draw_colour_bar(
     canvas: &mut Canvas,
     (left, down): (f64, (f64, f64)),
@@ -110,7 +110,7 @@ pub(super) fn draw_colour_bar(
     }
     canvas.stroke_rect((bar.across.0, down.0), (bar.across.1, down.1), GREY, 0.6);
     for level in ticks(scale, 6) {
-        // Multiples of a round step, to rounding.
+        // Ticks are multiples of a round step up to rounding.
         let text = format!("{}", (1e6 * level).round() / 1e6).replace('-', "−");
         let spot = (bar.across.1 + 5.0, bar.canvas_y(level));
         canvas.label(&text, spot, Anchor::Start);
@@ -119,9 +119,9 @@ pub(super) fn draw_colour_bar(
     canvas.upright(name, (WIDTH - 12.0, middle));
 }
 
-/// The map in cells that an eye can distinguish, the largest level of those that fall together.
+/// Map reduced to visible cells; a merged cell has the largest of its levels.
 pub(super) struct MapCells {
-    /// Columns by rising abscissa; a gap of the record stays one.
+    /// Columns by rising abscissa; gaps of the record are preserved.
     pub(super) columns: Vec<MapColumn>,
     /// Lower edge of the lowest cell.
     pub(super) low: f64,
@@ -129,7 +129,7 @@ pub(super) struct MapCells {
     pub(super) step: f64,
 }
 
-/// A column of cells.
+/// Column of a reduced map.
 pub(super) struct MapColumn {
     /// Left edge.
     pub(super) from: f64,
@@ -140,38 +140,38 @@ pub(super) struct MapColumn {
 }
 
 impl MapCells {
-    /// Merges the levels of a map into at most so many cells across and down.
+    /// Merges the levels of a map into at most `cells` cells across and down.
     pub(super) fn from_map(map: &LevelMap, cells: (usize, usize)) -> MapCells {
-        let gap = |all: &[f64]| {
-            let steps = all.windows(2).map(|w| w[1] - w[0]);
+        let least_step = |values: &[f64]| {
+            let steps = values.windows(2).map(|w| w[1] - w[0]);
             steps.reduce(f64::min).unwrap_or(1.0)
         };
-        let (pace, spacing) = (gap(&map.x), gap(&map.y));
+        let (interval, spacing) = (least_step(&map.x), least_step(&map.y));
         let merged = (
             map.x.len().div_ceil(cells.0).max(1),
             map.y.len().div_ceil(cells.1).max(1),
         );
-        // Columns that belong together follow each other: a gap of the record stays one.
+        // Columns are merged only within a run without gaps.
         const MAP_SPACING: f64 = 1.5;
-        let all: Vec<(f64, &Vec<f64>)> = map.x.iter().copied().zip(&map.columns).collect();
-        let together = all.chunk_by(|a, b| b.0 - a.0 < MAP_SPACING * pace);
-        let column = |all: &[(f64, &Vec<f64>)]| {
+        let columns: Vec<(f64, &Vec<f64>)> = map.x.iter().copied().zip(&map.columns).collect();
+        let runs = columns.chunk_by(|a, b| b.0 - a.0 < MAP_SPACING * interval);
+        let column = |group: &[(f64, &Vec<f64>)]| {
             let largest = |rows: std::ops::Range<usize>| {
-                let levels = all.iter().filter_map(|c| c.1.get(rows.clone())).flatten();
+                let levels = group.iter().filter_map(|c| c.1.get(rows.clone())).flatten();
                 levels.copied().fold(f64::NEG_INFINITY, f64::max)
             };
             let count = map.y.len();
             let starts = (0..count).step_by(merged.1);
             MapColumn {
-                from: all[0].0 - 0.5 * pace,
-                to: all[all.len() - 1].0 + 0.5 * pace,
+                from: group[0].0 - 0.5 * interval,
+                to: group[group.len() - 1].0 + 0.5 * interval,
                 levels: starts
                     .map(|k| largest(k..(k + merged.1).min(count)))
                     .collect(),
             }
         };
         MapCells {
-            columns: together
+            columns: runs
                 .flat_map(|run| run.chunks(merged.0).map(column))
                 .collect(),
             low: map.y.first().map_or(0.0, |f| f - 0.5 * spacing),
@@ -179,33 +179,33 @@ impl MapCells {
         }
     }
 
-    /// Levels at the ends of the colours, dB; absent where nothing is above zero.
+    /// Lower and upper end of the colour scale, dB; `None` without finite levels.
     pub(super) fn scale(&self) -> Option<(f64, f64)> {
         let levels = self.columns.iter().flat_map(|c| &c.levels);
-        let mut all: Vec<f64> = levels.copied().filter(|l| l.is_finite()).collect();
-        all.sort_by(f64::total_cmp);
-        let high = *all.last()?;
-        let low = all[(BELOW * all.len() as f64) as usize].max(high - DYNAMIC_RANGE_DB);
+        let mut sorted: Vec<f64> = levels.copied().filter(|l| l.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let high = *sorted.last()?;
+        let low = sorted[(CLIPPED * sorted.len() as f64) as usize].max(high - DYNAMIC_RANGE_DB);
         Some((low.min(high - 1.0), high))
     }
 }
 
-/// Which colour a level has.
-pub(super) fn step_of(level: f64, (low, high): (f64, f64)) -> usize {
+/// Colour number of a level, 0 to `STEPS` − 1.
+pub(super) fn colour_step(level: f64, (low, high): (f64, f64)) -> usize {
     let share = (level - low) / (high - low);
     ((share * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
 }
 
-/// A colour of the scale.
+/// Colour of the viridis scale by its number, 0 to `STEPS` − 1.
 pub(super) fn ink(step: usize) -> Colour {
-    let place = step as f64 / (STEPS - 1) as f64 * (SCALE.len() - 1) as f64;
-    let below = (place as usize).min(SCALE.len() - 2);
-    let (one, other, share) = (SCALE[below], SCALE[below + 1], place - below as f64);
-    let mixed = |a: f64, b: f64| (a + share * (b - a)).round() as u8;
+    let position = step as f64 / (STEPS - 1) as f64 * (SCALE.len() - 1) as f64;
+    let lower = (position as usize).min(SCALE.len() - 2);
+    let (start, end, weight) = (SCALE[lower], SCALE[lower + 1], position - lower as f64);
+    let blend = |a: f64, b: f64| (a + weight * (b - a)).round() as u8;
     colour_from_rgb(
-        mixed(one.0, other.0),
-        mixed(one.1, other.1),
-        mixed(one.2, other.2),
+        blend(start.0, end.0),
+        blend(start.1, end.1),
+        blend(start.2, end.2),
     )
 }
 
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
     use crate::report::svg::render_svg;
 
-    /// A line across 480 × 400 cells: stairs no higher than a cell where it is sparse, one ground and one block a column.
+    /// A diagonal line on a sparse map of 480 × 400 cells has steps of one cell: one background and one block per column.
     #[test]
     fn exact_lines_have_no_stairs() {
         let (across, down) = (480, 400);
@@ -223,15 +223,15 @@ mod tests {
             let level = |k| if k == line { 0.0 } else { f64::NEG_INFINITY };
             (0..down).map(level).collect()
         };
-        let even = |n: usize| (0..n).map(|k| k as f64).collect::<Vec<_>>();
+        let indices = |n: usize| (0..n).map(|k| k as f64).collect::<Vec<_>>();
         let map = LevelMap {
             label: "dB".into(),
-            x: even(across),
-            y: even(down),
+            x: indices(across),
+            y: indices(down),
             columns: (0..across).map(column).collect(),
             sparse: true,
         };
-        let cells = MapCells::from_map(&map, printed(&map));
+        let cells = MapCells::from_map(&map, limits(&map));
         assert_eq!(
             (cells.columns.len(), cells.columns[0].levels.len()),
             (across, down)
@@ -239,12 +239,12 @@ mod tests {
         let ranges = map_ranges(&map).unwrap();
         let panel = Panel::new((0.0, 480.0), (0.0, 400.0), ranges.0, ranges.1);
         let svg = render_svg(WIDTH, 440.0, |canvas| draw_map(canvas, &panel, &map));
-        // Paper, ground, a block a column, the scale of colours.
+        // Paper, background, one block per column, colour bar.
         assert_eq!(svg.matches("<rect").count(), 2 + across + STEPS);
         let merged = LevelMap {
             sparse: false,
             ..map
         };
-        assert!(MapCells::from_map(&merged, printed(&merged)).columns.len() <= PRINTED.0);
+        assert!(MapCells::from_map(&merged, limits(&merged)).columns.len() <= CELLS.0);
     }
 }

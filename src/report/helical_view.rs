@@ -1,4 +1,4 @@
-//! The view of a helical pair in space: one pitch of each gear as outlines along the face, turned by `2π z/p_z`, and the places of both axes.
+//! View of a helical pair in space: one pitch of each gear as outlines along the face, turned by `2π z/p_z`, and both axis positions.
 
 use std::f64::consts::TAU;
 
@@ -10,26 +10,26 @@ use crate::gear::cylindrical::pair::Pair;
 use crate::gear::hand::Hand;
 use crate::plan::gear_limits::MEMBERS;
 
-/// Steps of the drawn teeth.
+/// Steps along fillet, involute and land of the drawn teeth.
 const STEPS: OutlineSteps = OutlineSteps {
     fillet: 4,
     involute: 6,
     land: 3,
 };
 
-/// Outlines along the face.
+/// Number of outlines along the face.
 const SLICES: usize = 9;
 
 /// Thickness of the rim below the root, normal modules.
 const RIM: f64 = 2.5;
 
-/// Least radius of the bore, as a share of the root radius.
-const LEAST_BORE: f64 = 0.3;
+/// Minimum bore radius, as a share of the root radius.
+const MIN_BORE: f64 = 0.3;
 
-/// Digits of a coordinate, relative to a metre: 0.1 µm.
+/// Coordinates are rounded to 1/`DIGITS` m, 0.1 µm.
 const DIGITS: f64 = 1e7;
 
-/// The view of a helical pair whose teeth touch at the pitch point in the middle of the face; none of spur gears.
+/// View of a helical pair whose teeth touch at the pitch point in the middle of the face; `None` for spur gears.
 pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
     let internal = pair.members[1].gear.internal;
     let teeth = pair.polygons_in_mesh([0..1, 0..1], STEPS);
@@ -43,7 +43,7 @@ pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
     let twist = TAU / lead * if hand == Hand::Right { 1.0 } else { -1.0 };
     let member = |k: usize| -> Value {
         let outline: Vec<[f64; 2]> = teeth[k].iter().map(|p| [p[0] - axes[k], p[1]]).collect();
-        // Both turn together as they do in mesh.
+        // The twists have the ratio of the rotations in mesh.
         let twist = if k == 0 { twist } else { ratio * twist };
         let rings = rings(pair, k, &outline, twist);
         json!({
@@ -70,12 +70,12 @@ pub fn helical_view(pair: &Pair, hand: Hand) -> Option<View> {
     })
 }
 
-/// Points of a pitch: outlines along the face, then the rim at both ends, `[x, y, z]` about the axis of the gear.
+/// Points of one pitch: outlines along the face, then the rim at both ends, `[x, y, z]` from the gear axis, m.
 fn rings(pair: &Pair, k: usize, outline: &[[f64; 2]], twist: f64) -> Vec<f64> {
     let (member, shape) = (&pair.members[k], &pair.outlines[k]);
     let rim = match member.gear.internal {
         true => shape.root_radius + RIM * member.gear.module,
-        false => (shape.root_radius - RIM * member.gear.module).max(LEAST_BORE * shape.root_radius),
+        false => (shape.root_radius - RIM * member.gear.module).max(MIN_BORE * shape.root_radius),
     };
     let height = |slice: usize| member.face_width * (slice as f64 / (SLICES - 1) as f64 - 0.5);
     let outlines = (0..SLICES).map(|slice| (height(slice), None));
@@ -99,7 +99,7 @@ mod tests {
     use crate::scene::gear_file;
     use std::sync::Arc;
 
-    /// Along the face the outline of the pinion turns by `b tan β/r`, that of the gear by as much of its pitch circle the other way.
+    /// Along the face the pinion outline turns by `b tan β/r`; the gear outline turns by the same pitch-circle arc in the opposite sense.
     #[test]
     fn exact_outlines_turn_by_the_lead() {
         let source = SourceFile {
@@ -112,10 +112,10 @@ mod tests {
         let view = helical_view(&pair, Hand::Right).unwrap();
         let turn = |k: usize| -> f64 {
             let surface = &view.data["members"][k]["surface"];
-            let all = surface["points"].as_array().unwrap();
-            let all: Vec<f64> = all.iter().map(|v| v.as_f64().unwrap()).collect();
-            let of_ring = all.len() / (SLICES + 2);
-            let angle = |ring: usize| all[ring * of_ring + 1].atan2(all[ring * of_ring]);
+            let points = surface["points"].as_array().unwrap();
+            let points: Vec<f64> = points.iter().map(|v| v.as_f64().unwrap()).collect();
+            let ring_size = points.len() / (SLICES + 2);
+            let angle = |ring: usize| points[ring * ring_size + 1].atan2(points[ring * ring_size]);
             wrapped(angle(SLICES - 1) - angle(0))
         };
         let [pinion, gear] = pair.members.map(|m| m.gear);

@@ -1,4 +1,4 @@
-//! Identified modes as terminal tables, with what speaks for and against them.
+//! Terminal tables of identified modes with the evidence for and against them.
 
 use super::mode_tracking;
 use super::number_format::{INTERVAL_FOOTNOTE, four_digits, percent, significant, with_deviation};
@@ -15,52 +15,52 @@ use crate::plan::logs::identification_result::{
 use crate::plan::logs::method::structure_text;
 use crate::plan::logs::weak;
 
-/// Identified modes.
-pub fn text(found: &IdentificationResult) -> String {
+/// Terminal text of an identification: modes, harmonics, evidence and notes.
+pub fn text(result: &IdentificationResult) -> String {
     let rule = wrap_lines(&format!(
         "{}: {}",
-        found.method.name(),
-        found.selection_rule
+        result.method.name(),
+        result.selection_rule
     ));
-    let mut text = format!("{}\n{rule}\n\n", wrap_lines(&found.method_text));
-    if let Some(course) = found.tracking().filter(|c| !c.tracks.is_empty()) {
-        return text + &mode_tracking::table(course) + &mode_tracking::trials_table(course);
+    let mut text = format!("{}\n{rule}\n\n", wrap_lines(&result.method_text));
+    if let Some(tracking) = result.tracking().filter(|c| !c.tracks.is_empty()) {
+        return text + &mode_tracking::table(tracking) + &mode_tracking::trials_table(tracking);
     }
-    if found.modes.is_empty() && found.weak.is_empty() {
+    if result.modes.is_empty() && result.weak.is_empty() {
         text += "no mode is significant in the band\n";
-        return text + &harmonics(found) + &evidence(found);
+        return text + &harmonics(result) + &evidence(result);
     }
-    let responses = found.responses.as_ref();
+    let responses = result.responses.as_ref();
     let coherent = responses.is_some_and(|r| r.responses.iter().any(|f| f.coherence.is_some()));
     let mut table =
         Table::new("mode|frequency [Hz]|damping [%]").columns_if(coherent, "coherence [at peak]");
-    if let Some(point) = &found.driving_point {
+    if let Some(point) = &result.driving_point {
         table = table.column("modal mass", point.unit);
     }
     let mut table = table.columns("note");
-    for (k, mode) in found.modes.iter().enumerate() {
-        table.row(mode_row(found, (k + 1).to_string(), mode, coherent));
+    for (k, mode) in result.modes.iter().enumerate() {
+        table.row(mode_row(result, (k + 1).to_string(), mode, coherent));
     }
-    for mode in &found.weak {
-        table.row(mode_row(found, "weak".to_string(), mode, coherent));
+    for mode in &result.weak {
+        table.row(mode_row(result, "weak".to_string(), mode, coherent));
     }
     text += &table.text();
-    if (found.modes.iter().chain(&found.weak)).any(|m| m.mode.pole_covariance.is_some()) {
+    if (result.modes.iter().chain(&result.weak)).any(|m| m.mode.pole_covariance.is_some()) {
         text += INTERVAL_FOOTNOTE;
     }
-    if !found.weak.is_empty() {
-        text += &(wrap_lines(weak::rule(found.method)) + "\n");
+    if !result.weak.is_empty() {
+        text += &(wrap_lines(weak::rule(result.method)) + "\n");
     }
-    if let Some(point) = &found.driving_point {
+    if let Some(point) = &result.driving_point {
         text += &format!(
             "modal masses where the largest component of the shape is 1, by the driving point {} over {}\n",
             point.output, point.input
         );
     }
-    if let Some(error) = worst_error(found) {
+    if let Some(error) = worst_error(result) {
         text += &format!("fit error {} %\n", percent(error));
     }
-    for pair in &found.reciprocity {
+    for pair in &result.reciprocity {
         let explained = pair
             .explained
             .map_or(String::new(), |e| format!(", {} % by noise", percent(e)));
@@ -73,13 +73,13 @@ pub fn text(found: &IdentificationResult) -> String {
             percent(pair.difference)
         );
     }
-    text += &delays(found);
-    text += &similar_modes_text(found);
-    text += &harmonics(found);
-    text += &evidence(found);
-    let decay = found.window_decay();
+    text += &delays(result);
+    text += &similar_modes_text(result);
+    text += &harmonics(result);
+    text += &evidence(result);
+    let decay = result.window_decay();
     if decay > 0.0
-        && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last())
+        && let (Some(first), Some(last)) = (result.modes.first(), result.modes.last())
     {
         let shift = |m: &IdentifiedMode| {
             format!(
@@ -89,7 +89,7 @@ pub fn text(found: &IdentificationResult) -> String {
             )
         };
         text += &format!(
-            "exponential window: taken off the damping, {} … {}\n",
+            "exponential window: damping corrected by {} … {}\n",
             shift(first),
             shift(last)
         );
@@ -97,30 +97,30 @@ pub fn text(found: &IdentificationResult) -> String {
     text
 }
 
-/// Delays that were taken off, with their intervals and what they turn the highest line by.
-fn delays(found: &IdentificationResult) -> String {
-    let Some(fit) = found.fit().filter(|f| f.delay_s.iter().any(|d| *d != 0.0)) else {
+/// Removed delays with their 95 % intervals and their phase at the upper band edge.
+fn delays(result: &IdentificationResult) -> String {
+    let Some(fit) = result.fit().filter(|f| f.delay_s.iter().any(|d| *d != 0.0)) else {
         return String::new();
     };
-    let one = |(delay, std): (&f64, &Option<f64>)| {
+    let item = |(delay, std): (&f64, &Option<f64>)| {
         let interval = std.map_or(String::new(), |s| {
             format!(" ± {}", four_digits(1e3 * Z_95 * s))
         });
-        let degrees = 360.0 * delay * found.band_hz.1;
+        let degrees = 360.0 * delay * result.band_hz.1;
         format!("{}{interval} ms ({degrees:.1}°)", four_digits(1e3 * delay))
     };
-    let all: Vec<String> = fit.delay_s.iter().zip(&fit.delay_std_s).map(one).collect();
+    let list: Vec<String> = fit.delay_s.iter().zip(&fit.delay_std_s).map(item).collect();
     let text = format!(
-        "delay taken off, in brackets its phase at {} Hz: {}",
-        four_digits(found.band_hz.1),
-        all.join(", ")
+        "delay removed, in brackets its phase at {} Hz: {}",
+        four_digits(result.band_hz.1),
+        list.join(", ")
     );
     wrap_lines(&text) + "\n"
 }
 
-/// A row of the table of modes.
+/// Row of the table of modes.
 fn mode_row(
-    found: &IdentificationResult,
+    result: &IdentificationResult,
     name: String,
     mode: &IdentifiedMode,
     coherent: bool,
@@ -132,23 +132,23 @@ fn mode_row(
     });
     let mut row = vec![name, frequency, damping];
     if coherent {
-        let responses = found.responses.as_ref();
+        let responses = result.responses.as_ref();
         let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
         row.push(or_dash(coherence, |c| format!("{c:.3}")));
     }
-    if found.driving_point.is_some() {
-        let size = |m: Complex| significant(m.re.signum() * m.norm());
-        row.push(or_dash(mode.modal_mass, size));
+    if result.driving_point.is_some() {
+        let signed_mass = |m: Complex| significant(m.re.signum() * m.norm());
+        row.push(or_dash(mode.modal_mass, signed_mass));
     }
     row.push(note_of(mode));
     row
 }
 
-/// Modes whose shapes the outputs hardly distinguish.
-fn similar_modes_text(found: &IdentificationResult) -> String {
-    /// MAC above which two shapes pass for one.
+/// Lists pairs of modes with nearly equal shapes at the outputs.
+fn similar_modes_text(result: &IdentificationResult) -> String {
+    /// MAC above which two shapes are reported as indistinguishable.
     const SIMILAR_MAC: f64 = 0.9;
-    let mac = auto_mac(found);
+    let mac = auto_mac(result);
     let mut pairs = Vec::new();
     for (i, row) in mac.iter().enumerate() {
         for (j, value) in row.iter().enumerate().skip(i + 1) {
@@ -168,16 +168,16 @@ fn similar_modes_text(found: &IdentificationResult) -> String {
     }
 }
 
-/// Lines of running speed, apart from the modes.
-fn harmonics(found: &IdentificationResult) -> String {
-    /// More are counted only.
+/// Table of harmonics that are no modes.
+fn harmonics(result: &IdentificationResult) -> String {
+    /// Largest number of rows; further harmonics are only counted.
     const MAX_ROWS: usize = 20;
-    if found.harmonics.is_empty() {
+    if result.harmonics.is_empty() {
         return String::new();
     }
-    let mut table = Table::new("no mode [Hz]|amplitude [0 to peak]||note");
-    for harmonic in found.harmonics.iter().take(MAX_ROWS) {
-        let strongest = (harmonic.amplitude.iter().zip(&found.outputs))
+    let mut table = Table::new("rejected [Hz]|amplitude [0 to peak]||note");
+    for harmonic in result.harmonics.iter().take(MAX_ROWS) {
+        let strongest = (harmonic.amplitude.iter().zip(&result.outputs))
             .max_by(|a, b| a.0.total_cmp(b.0))
             .map_or((String::new(), String::new()), |(a, output)| {
                 (
@@ -189,23 +189,23 @@ fn harmonics(found: &IdentificationResult) -> String {
             Some(order) => format!("order {order} of the running speed"),
             None => harmonic.reason.to_string(),
         };
-        let at = significant(harmonic.frequency_hz);
-        table.row([at, strongest.0, strongest.1, note]);
+        let frequency = significant(harmonic.frequency_hz);
+        table.row([frequency, strongest.0, strongest.1, note]);
     }
     let mut text = format!("\n{}", table.text());
-    if found.harmonics.len() > MAX_ROWS {
-        text += &format!("{} more\n", found.harmonics.len() - MAX_ROWS);
+    if result.harmonics.len() > MAX_ROWS {
+        text += &format!("{} more\n", result.harmonics.len() - MAX_ROWS);
     }
     text + "\n"
 }
 
-/// Evidence for the modes, in a few lines.
-fn evidence(found: &IdentificationResult) -> String {
-    match &found.evidence {
+/// Summary of the evidence for the modes.
+fn evidence(result: &IdentificationResult) -> String {
+    match &result.evidence {
         Evidence::Rational(fit) => {
             let last = fit.evidence.iter().rev().find(|s| !s.accepted);
             let last = last.map_or(String::new(), |step| format!("{}\n", step.description()));
-            last + &left_out(found)
+            last + &rejected_text(result)
         }
         Evidence::Diagram(diagram) => {
             let stable = diagram
@@ -213,44 +213,44 @@ fn evidence(found: &IdentificationResult) -> String {
                 .iter()
                 .filter(|p| p.stability == PoleStability::Stable)
                 .count();
-            let repeat = format!(
-                "{stable} of {} poles of all orders repeat the order before\n",
+            let summary = format!(
+                "{stable} of {} poles of all orders are stable with respect to the previous order\n",
                 diagram.poles.len()
             );
-            repeat + &left_out(found)
+            summary + &rejected_text(result)
         }
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
-        Evidence::Orders(orders) => order_table(orders) + &left_out(found),
-        Evidence::Tracking(course) => mode_tracking::trials_table(course),
+        Evidence::Orders(orders) => order_table(orders) + &rejected_text(result),
+        Evidence::Tracking(tracking) => mode_tracking::trials_table(tracking),
     }
 }
 
-/// Poles that are no modes, those of one reason together, an exponential window taken off.
-fn left_out(found: &IdentificationResult) -> String {
-    let decay = found.window_decay();
-    let all = found.rejected_poles();
-    let mut reasons: Vec<&str> = all.iter().map(|o| o.1).collect();
+/// Rejected poles grouped by reason, corrected for an exponential window.
+fn rejected_text(result: &IdentificationResult) -> String {
+    let decay = result.window_decay();
+    let poles = result.rejected_poles();
+    let mut reasons: Vec<&str> = poles.iter().map(|o| o.1).collect();
     reasons.sort_unstable();
     reasons.dedup();
-    let of = |reason: &str| {
-        let same = all.iter().filter(|o| o.1 == reason);
-        let places: Vec<String> = same
+    let line = |reason: &str| {
+        let matching = poles.iter().filter(|o| o.1 == reason);
+        let lines: Vec<String> = matching
             .map(|o| four_digits((o.0 + decay).norm() / std::f64::consts::TAU))
             .collect();
-        wrap_lines(&format!("no mode at {} Hz: {reason}", places.join(", "))) + "\n"
+        wrap_lines(&format!("no mode at {} Hz: {reason}", lines.join(", "))) + "\n"
     };
-    reasons.into_iter().map(of).collect()
+    reasons.into_iter().map(line).collect()
 }
 
 /// Half-power result of a peak, or the reason of its rejection as a mode.
 fn peak(peak: &PickedPeak) -> Option<String> {
-    let at = four_digits(peak.frequency_hz);
+    let hz = four_digits(peak.frequency_hz);
     match peak.half_power {
         _ if !peak.reason.is_empty() => {
-            Some(format!("peak at {at} Hz left out: {}\n", peak.reason))
+            Some(format!("peak at {hz} Hz rejected: {}\n", peak.reason))
         }
         Some((f, d)) => Some(format!(
-            "peak at {at} Hz by half power: {} Hz, {} %\n",
+            "peak at {hz} Hz by half power: {} Hz, {} %\n",
             significant(f),
             percent(d)
         )),
@@ -258,7 +258,7 @@ fn peak(peak: &PickedPeak) -> Option<String> {
     }
 }
 
-/// Orders near the chosen one, and what the residuals tell.
+/// Table of the model orders near the chosen one, with the residual tests.
 fn order_table(orders: &OrderSelection) -> String {
     let mut table = Table::new("model|BIC|AIC|MDL|note");
     let chosen = orders
@@ -266,9 +266,9 @@ fn order_table(orders: &OrderSelection) -> String {
         .iter()
         .position(|c| c.family == orders.chosen)
         .unwrap_or(0);
-    let shown =
+    let listed =
         chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
-    for candidate in &orders.candidates[shown] {
+    for candidate in &orders.candidates[listed] {
         let note = if candidate.family == orders.chosen {
             "taken"
         } else {
@@ -286,16 +286,16 @@ fn order_table(orders: &OrderSelection) -> String {
     if !orders.candidates.is_empty() {
         text = table.text();
     }
-    for (what, test) in &orders.tests {
+    for (name, test) in &orders.tests {
         text += &format!(
-            "residuals {what}: {}\n",
+            "residuals {name}: {}\n",
             format_probability(test.probability)
         );
     }
     text
 }
 
-/// A probability as text.
+/// Formats a probability.
 fn format_probability(p: f64) -> String {
     match p < 0.001 {
         true => "p below 0.001".to_string(),
@@ -303,10 +303,10 @@ fn format_probability(p: f64) -> String {
     }
 }
 
-/// Orders shown on either side of the chosen one.
+/// Number of orders listed on either side of the chosen one.
 const NEIGHBOURS: usize = 3;
 
-/// Note on a remarkable mode.
+/// Note on a mode: misfit, scatter, presence, coincidence with orders or mains.
 fn note_of(mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
     if let Some(departure) = &mode.departure {
@@ -315,13 +315,13 @@ fn note_of(mode: &IdentifiedMode) -> String {
             notes.push(format!("departs by {share} %"));
         }
         if departure.frequency_spread_hz > 0.0 {
-            let what = if departure.by_hit {
+            let subject = if departure.by_hit {
                 "hits"
             } else {
                 "responses"
             };
             let spread = four_digits(departure.frequency_spread_hz);
-            notes.push(format!("{what} differ by {spread} Hz"));
+            notes.push(format!("{subject} differ by {spread} Hz"));
         }
     }
     notes.extend(mode.weak.map(String::from));
@@ -337,9 +337,9 @@ fn note_of(mode: &IdentifiedMode) -> String {
     notes.join("; ")
 }
 
-/// MAC of the shapes with each other, row by row; empty where there are no shapes over several outputs.
-pub fn auto_mac(found: &IdentificationResult) -> Vec<Vec<f64>> {
-    let shapes: Vec<Vec<Complex>> = found.modes.iter().map(|m| m.mode.shape.clone()).collect();
+/// Auto-MAC matrix of the mode shapes by rows; empty with fewer than two outputs.
+pub fn auto_mac(result: &IdentificationResult) -> Vec<Vec<f64>> {
+    let shapes: Vec<Vec<Complex>> = result.modes.iter().map(|m| m.mode.shape.clone()).collect();
     if shapes.iter().any(|s| s.len() < 2) {
         return Vec::new();
     }
@@ -348,7 +348,7 @@ pub fn auto_mac(found: &IdentificationResult) -> Vec<Vec<f64>> {
     (0..shapes.len()).map(row).collect()
 }
 
-/// Largest relative error of the fit over the responses; nothing where no response was fitted.
-fn worst_error(found: &IdentificationResult) -> Option<f64> {
-    found.fit_error.iter().copied().reduce(f64::max)
+/// Largest relative fit error over the responses; `None` without fitted responses.
+fn worst_error(result: &IdentificationResult) -> Option<f64> {
+    result.fit_error.iter().copied().reduce(f64::max)
 }

@@ -1,11 +1,11 @@
-//! Placement of the names of points: next to their points, none over another, over a curve or outside the plot.
+//! Placement of point labels next to their points without overlap of labels, curves and plot edges.
 
 use super::svg::Point2;
 
-/// Distance of a name from its point, points.
+/// Distance of a label from its point, points.
 const DISTANCE: f64 = 5.0;
 
-/// A rectangle: left and right edge, upper and lower edge.
+/// Rectangle on the canvas, points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Left and right edge.
@@ -15,7 +15,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    fn about((x, y): Point2, (width, height): (f64, f64)) -> Frame {
+    fn centred((x, y): Point2, (width, height): (f64, f64)) -> Frame {
         Frame {
             across: (x - 0.5 * width, x + 0.5 * width),
             down: (y - 0.5 * height, y + 0.5 * height),
@@ -28,25 +28,24 @@ impl Frame {
     }
 
     fn overlaps(&self, other: &Frame) -> bool {
-        let meet = |a: (f64, f64), b: (f64, f64)| a.0 < b.1 && b.0 < a.1;
-        meet(self.across, other.across) && meet(self.down, other.down)
+        let intersect = |a: (f64, f64), b: (f64, f64)| a.0 < b.1 && b.0 < a.1;
+        intersect(self.across, other.across) && intersect(self.down, other.down)
     }
 
-    /// Distance of a point outside.
+    /// Distance of a point from the rectangle; zero inside.
     fn distance(&self, (x, y): Point2) -> f64 {
-        let beyond = |x: f64, (low, high): (f64, f64)| (low - x).max(x - high).max(0.0);
-        f64::hypot(beyond(x, self.across), beyond(y, self.down))
+        let excess = |x: f64, (low, high): (f64, f64)| (low - x).max(x - high).max(0.0);
+        f64::hypot(excess(x, self.across), excess(y, self.down))
     }
 
-    fn holds(&self, (x, y): Point2) -> bool {
+    fn contains(&self, (x, y): Point2) -> bool {
         self.across.0 < x && x < self.across.1 && self.down.0 < y && y < self.down.1
     }
 }
 
-/// Middles of names of the widths given next to their points, the first being the most important; `None` of a name without room.
+/// Centres of labels of the given widths next to their points, most important first; `None` for a label without room.
 ///
-/// Names lie inside `room`, not over each other, and nearer to their own points than to others; over `curves` only where nothing else is
-/// free.
+/// Labels lie inside `room`, do not overlap, and are closest to their own points; they cover `curves` only if no other place is free.
 pub fn place_labels(
     points: &[Point2],
     widths: &[f64],
@@ -54,37 +53,37 @@ pub fn place_labels(
     room: &Frame,
     curves: &[Point2],
 ) -> Vec<Option<Point2>> {
-    let mut taken: Vec<Frame> = Vec::new();
+    let mut occupied: Vec<Frame> = Vec::new();
     let mut place = |k: usize| {
         let (x, y) = points[k];
-        let (aside, above) = (0.5 * widths[k] + DISTANCE, 0.5 * height + DISTANCE);
+        let (dx, dy) = (0.5 * widths[k] + DISTANCE, 0.5 * height + DISTANCE);
         let candidates = [
-            (x, y - above),
-            (x + aside, y),
-            (x - aside, y),
-            (x + aside, y - above),
-            (x - aside, y - above),
-            (x, y + above),
-            (x, y - above - height),
-            (x + aside, y - above - height),
-            (x - aside, y - above - height),
+            (x, y - dy),
+            (x + dx, y),
+            (x - dx, y),
+            (x + dx, y - dy),
+            (x - dx, y - dy),
+            (x, y + dy),
+            (x, y - dy - height),
+            (x + dx, y - dy - height),
+            (x - dx, y - dy - height),
         ];
-        let is_free = |middle: &&Point2| {
-            let frame = Frame::about(**middle, (widths[k], height));
+        let is_free = |centre: &&Point2| {
+            let frame = Frame::centred(**centre, (widths[k], height));
             let mut others = points.iter().enumerate().filter(|(i, _)| *i != k);
-            let own = frame.distance(points[k]);
+            let distance = frame.distance(points[k]);
             frame.is_within(room)
-                && !taken.iter().any(|other| other.overlaps(&frame))
-                && others.all(|(_, point)| frame.distance(*point) > own)
+                && !occupied.iter().any(|other| other.overlaps(&frame))
+                && others.all(|(_, point)| frame.distance(*point) > distance)
         };
-        let is_clear = |middle: &&Point2| {
-            let frame = Frame::about(**middle, (widths[k], height));
-            !curves.iter().any(|spot| frame.holds(*spot))
+        let is_clear = |centre: &&Point2| {
+            let frame = Frame::centred(**centre, (widths[k], height));
+            !curves.iter().any(|point| frame.contains(*point))
         };
         let free = || candidates.iter().filter(is_free);
-        let middle = free().find(is_clear).or_else(|| free().next()).copied()?;
-        taken.push(Frame::about(middle, (widths[k], height)));
-        Some(middle)
+        let centre = free().find(is_clear).or_else(|| free().next()).copied()?;
+        occupied.push(Frame::centred(centre, (widths[k], height)));
+        Some(centre)
     };
     (0..points.len()).map(&mut place).collect()
 }
@@ -98,22 +97,22 @@ mod tests {
         down: (0.0, 200.0),
     };
 
-    /// A free name is above its point; a curve there moves it aside; at the right edge it is on the left.
+    /// A label lies above its point by default, on the right if a curve passes above, and on the left at the right edge.
     #[test]
     fn exact_places() {
-        let free = place_labels(&[(100.0, 100.0)], &[40.0], 10.0, &ROOM, &[]);
-        assert_eq!(free, [Some((100.0, 90.0))]);
-        let aside = place_labels(&[(100.0, 100.0)], &[40.0], 10.0, &ROOM, &[(100.0, 92.0)]);
-        assert_eq!(aside, [Some((125.0, 100.0))]);
-        let edge = place_labels(&[(398.0, 100.0)], &[40.0], 10.0, &ROOM, &[]);
-        assert_eq!(edge, [Some((373.0, 100.0))]);
+        let above = place_labels(&[(100.0, 100.0)], &[40.0], 10.0, &ROOM, &[]);
+        assert_eq!(above, [Some((100.0, 90.0))]);
+        let right = place_labels(&[(100.0, 100.0)], &[40.0], 10.0, &ROOM, &[(100.0, 92.0)]);
+        assert_eq!(right, [Some((125.0, 100.0))]);
+        let left = place_labels(&[(398.0, 100.0)], &[40.0], 10.0, &ROOM, &[]);
+        assert_eq!(left, [Some((373.0, 100.0))]);
         assert_eq!(
             place_labels(&[(3.0, 3.0)], &[500.0], 10.0, &ROOM, &[]),
             [None]
         );
     }
 
-    /// No name overlaps another, covers another point or leaves the plot.
+    /// Labels do not overlap, cover other points or leave the plot.
     #[test]
     fn law_names_apart() {
         let mut rng = fastrand::Rng::with_seed(11);
@@ -123,17 +122,17 @@ mod tests {
                 .map(|_| (400.0 * rng.f64(), 200.0 * rng.f64()))
                 .collect();
             let widths: Vec<f64> = (0..count).map(|_| 10.0 + 80.0 * rng.f64()).collect();
-            let placed = place_labels(&points, &widths, 10.0, &ROOM, &points);
-            let frames: Vec<(usize, Frame)> = (placed.iter().enumerate())
-                .filter_map(|(k, p)| Some((k, Frame::about((*p)?, (widths[k], 10.0)))))
+            let centres = place_labels(&points, &widths, 10.0, &ROOM, &points);
+            let frames: Vec<(usize, Frame)> = (centres.iter().enumerate())
+                .filter_map(|(k, p)| Some((k, Frame::centred((*p)?, (widths[k], 10.0)))))
                 .collect();
             assert!(!frames.is_empty());
             for (i, (k, frame)) in frames.iter().enumerate() {
                 assert!(frame.is_within(&ROOM));
                 assert!(frames[..i].iter().all(|(_, other)| !other.overlaps(frame)));
                 let mut others = points.iter().enumerate().filter(|(j, _)| j != k);
-                let own = frame.distance(points[*k]);
-                assert!(others.all(|(_, point)| frame.distance(*point) > own));
+                let distance = frame.distance(points[*k]);
+                assert!(others.all(|(_, point)| frame.distance(*point) > distance));
             }
         }
     }

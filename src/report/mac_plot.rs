@@ -1,4 +1,4 @@
-//! MAC matrix as a picture, and the pairs of modes as document and table.
+//! MAC matrix as a figure, and the pairs of modes as JSON and as a table.
 
 use serde_json::{Value, json};
 
@@ -11,46 +11,46 @@ use super::table::Table;
 use crate::plan::logs::identification_result::IdentificationResult;
 use crate::plan::logs::mode_comparison::{ModeComparison, SAME_SHAPE_MAC};
 
-/// Largest number of modes along a side.
+/// Maximum number of modes along a side.
 const MAX_MODES: usize = 40;
 
-/// Sides of a cell; values are printed in cells of the third or more.
+/// Cell side, points: minimum, maximum, and minimum for printed values.
 const CELL: (f64, f64, f64) = (12.0, 46.0, 27.0);
 
-/// The comparison as in documents.
-pub fn json(result: &IdentificationResult, with: &ModeComparison) -> Value {
-    let row = |i: usize| (0..with.mac.ncols()).map(|j| with.mac[(i, j)]).collect();
+/// Mode comparison for the JSON document.
+pub fn json(result: &IdentificationResult, comparison: &ModeComparison) -> Value {
+    let (mac, modes) = (&comparison.mac, &comparison.reference.modes);
+    let row = |i: usize| (0..mac.ncols()).map(|j| mac[(i, j)]).collect();
     let pair = |(i, j): (usize, Option<usize>)| {
-        let other = &with.reference.modes[j?];
-        let (own, other_hz) = (result.modes[i].frequency_hz(), other.frequency_hz);
+        let (mode_hz, other) = (result.modes[i].frequency_hz(), &modes[j?]);
         Some(
-            json!({ "mode": i + 1, "other": other.number, "mac": with.mac[(i, j?)], "frequency_difference": own / other_hz - 1.0 }),
+            json!({ "mode": i + 1, "other": other.number, "mac": mac[(i, j?)], "frequency_difference": mode_hz / other.frequency_hz - 1.0 }),
         )
     };
     json!({
-        "file": with.reference.file,
-        "common": with.common,
-        "modes": with.reference.modes.iter().map(|m| json!({ "mode": m.number, "frequency_hz": m.frequency_hz })).collect::<Vec<_>>(),
-        "mac": (0..with.mac.nrows()).map(row).collect::<Vec<Vec<f64>>>(),
-        "pairs": with.pairs().into_iter().enumerate().filter_map(pair).collect::<Vec<_>>(),
+        "file": comparison.reference.file,
+        "common": comparison.common,
+        "modes": modes.iter().map(|m| json!({ "mode": m.number, "frequency_hz": m.frequency_hz })).collect::<Vec<_>>(),
+        "mac": (0..mac.nrows()).map(row).collect::<Vec<Vec<f64>>>(),
+        "pairs": comparison.pairs().into_iter().enumerate().filter_map(pair).collect::<Vec<_>>(),
     })
 }
 
-/// The pairs as a table.
-pub fn text(result: &IdentificationResult, with: &ModeComparison) -> String {
+/// Table of the paired modes.
+pub fn text(result: &IdentificationResult, comparison: &ModeComparison) -> String {
     let mut table = Table::new("mode|frequency [Hz]|other|frequency [Hz]|difference [%]|MAC");
-    for (i, j) in with.pairs().into_iter().enumerate() {
-        let own = result.modes[i].frequency_hz();
-        let mut row = vec![(i + 1).to_string(), significant(own)];
+    for (i, j) in comparison.pairs().into_iter().enumerate() {
+        let mode_hz = result.modes[i].frequency_hz();
+        let mut row = vec![(i + 1).to_string(), significant(mode_hz)];
         match j {
             Some(j) => {
-                let other = &with.reference.modes[j];
-                let apart = own / other.frequency_hz - 1.0;
+                let other = &comparison.reference.modes[j];
+                let difference = mode_hz / other.frequency_hz - 1.0;
                 row.extend([
                     other.number.to_string(),
                     significant(other.frequency_hz),
-                    percent(apart),
-                    format!("{:.3}", with.mac[(i, j)]),
+                    percent(difference),
+                    format!("{:.3}", comparison.mac[(i, j)]),
                 ]);
             }
             None => row.extend(["–"; 4].map(String::from)),
@@ -59,44 +59,44 @@ pub fn text(result: &IdentificationResult, with: &ModeComparison) -> String {
     }
     format!(
         "\nmodes of {} with MAC above {SAME_SHAPE_MAC} at {}\n{}",
-        with.reference.file,
-        with.common.join(", "),
+        comparison.reference.file,
+        comparison.common.join(", "),
         table.text()
     )
 }
 
-/// Draws the matrix.
-pub fn draw(result: &IdentificationResult, with: &ModeComparison, title: &str) -> String {
+/// Draws the MAC matrix.
+pub fn draw(result: &IdentificationResult, comparison: &ModeComparison, title: &str) -> String {
     let rows = result.modes.len().min(MAX_MODES);
-    let columns = with.reference.modes.len().min(MAX_MODES);
-    let own: Vec<String> = (0..rows)
+    let columns = comparison.reference.modes.len().min(MAX_MODES);
+    let labels: Vec<String> = (0..rows)
         .map(|i| format!("{} · {}", i + 1, hertz(result.modes[i].frequency_hz())))
         .collect();
-    let others: Vec<String> = (with.reference.modes[..columns].iter())
+    let other_labels: Vec<String> = (comparison.reference.modes[..columns].iter())
         .map(|m| format!("{} · {}", m.number, hertz(m.frequency_hz)))
         .collect();
-    let left = 44.0 + widest(&own, LABEL_SIZE, 40.0);
+    let left = 44.0 + widest(&labels, LABEL_SIZE, 40.0);
     let cell = ((WIDTH - left - 130.0) / columns.max(1) as f64).clamp(CELL.0, CELL.1);
-    let top = 64.0 + widest(&others, LABEL_SIZE, 40.0);
+    let top = 64.0 + widest(&other_labels, LABEL_SIZE, 40.0);
     let height = (top + rows as f64 * cell + 28.0).max(top + 150.0);
     render_svg(WIDTH, height, |canvas| {
         canvas.title(title, 24.0);
-        let more = |all: usize| match all > MAX_MODES {
+        let limit_note = |all: usize| match all > MAX_MODES {
             true => format!(", first {MAX_MODES} of {all}"),
             false => String::new(),
         };
         let key = format!(
             "rows: this test{}; columns: {}{}; framed: above {SAME_SHAPE_MAC}",
-            more(result.modes.len()),
-            with.reference.file,
-            more(with.reference.modes.len())
+            limit_note(result.modes.len()),
+            comparison.reference.file,
+            limit_note(comparison.reference.modes.len())
         );
         canvas.note(&key, (24.0, 36.0), Anchor::Start);
-        for (i, name) in own.iter().enumerate() {
+        for (i, name) in labels.iter().enumerate() {
             let y = top + (i as f64 + 0.5) * cell;
             canvas.label(name, (left - 6.0, y), Anchor::End);
         }
-        for (j, name) in others.iter().enumerate() {
+        for (j, name) in other_labels.iter().enumerate() {
             let x = left + (j as f64 + 0.5) * cell;
             canvas.vertical_text(name, (x, top - 6.0), LABEL_SIZE, BLACK, Anchor::Start);
         }
@@ -104,7 +104,7 @@ pub fn draw(result: &IdentificationResult, with: &ModeComparison, title: &str) -
         let corner = |i: usize, j: usize| (left + j as f64 * cell, top + i as f64 * cell);
         let cells = || (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
         for (i, j) in cells() {
-            let (value, at) = (with.mac[(i, j)], corner(i, j));
+            let (value, at) = (comparison.mac[(i, j)], corner(i, j));
             canvas.fill_rect(at, (at.0 + cell, at.1 + cell), shade(value));
             if cell >= CELL.2 {
                 let ink = if value > 0.55 { shade(0.0) } else { BLACK };
@@ -119,21 +119,21 @@ pub fn draw(result: &IdentificationResult, with: &ModeComparison, title: &str) -
             }
         }
         canvas.stroke_rect(corner(0, 0), corner(rows, columns), GREY, 0.6);
-        for (i, j) in cells().filter(|&at| with.mac[at] > SAME_SHAPE_MAC) {
+        for (i, j) in cells().filter(|&at| comparison.mac[at] > SAME_SHAPE_MAC) {
             canvas.stroke_rect(corner(i, j), corner(i + 1, j + 1), ORANGE, 2.0);
         }
-        scale(canvas, (left + columns as f64 * cell + 24.0, top));
+        draw_scale(canvas, (left + columns as f64 * cell + 24.0, top));
     })
 }
 
-/// White to blue.
+/// Colour of a MAC value, from white at 0 to blue at 1.
 fn shade(value: f64) -> Colour {
-    let part = |blue: u8| (255.0 + (f64::from(blue) - 255.0) * value.clamp(0.0, 1.0)).round() as u8;
-    colour_from_rgb(part(BLUE.0), part(BLUE.1), part(BLUE.2))
+    let mix = |blue: u8| (255.0 + (f64::from(blue) - 255.0) * value.clamp(0.0, 1.0)).round() as u8;
+    colour_from_rgb(mix(BLUE.0), mix(BLUE.1), mix(BLUE.2))
 }
 
-/// The scale of colours.
-fn scale(canvas: &mut Canvas, (left, top): (f64, f64)) {
+/// Draws the colour scale.
+fn draw_scale(canvas: &mut Canvas, (left, top): (f64, f64)) {
     const STEPS: usize = 20;
     const HEIGHT: f64 = 120.0;
     const BAR: f64 = 14.0;

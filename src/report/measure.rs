@@ -83,9 +83,7 @@ impl Presentation for MeasurementReport<'_> {
 
     fn figure_notes(&self) -> String {
         match self.result.plots.is_empty() {
-            true => {
-                "nothing is drawn: spans, chords, balls and base pitches are single values\n".into()
-            }
+            true => "no plot: spans, chords, balls and base pitches are single values\n".into(),
             false => String::new(),
         }
     }

@@ -11,49 +11,49 @@ use crate::gear::measurement::trace::MeanLine;
 use crate::plan::measure::charts::ChartPlot;
 use crate::plan::measure::grading::GradedFlanks;
 
-/// Left and right edge of every panel.
+/// Left and right edge of every panel, points.
 const ACROSS: (f64, f64) = (66.0, WIDTH - 16.0);
-/// Room above a panel for its title and below for its axis.
-const ABOVE: f64 = 30.0;
-const BELOW: f64 = 40.0;
-/// Room for the key of traces.
-const KEY: f64 = 18.0;
+/// Margins above a panel for its title and below for its axis, points.
+const TITLE_ROW: f64 = 30.0;
+const AXIS_ROW: f64 = 40.0;
+/// Height of the key of traces, points.
+const KEY_ROW: f64 = 18.0;
 
-/// All charts below each other; `None` where there is nothing to draw unrolled.
+/// Draws the charts one below the other as SVG; `None` without a chart over the teeth.
 pub fn draw_charts(title: &str, plots: &[ChartPlot]) -> Option<String> {
     let sections: Vec<(&ChartPlot, f64)> =
         plots.iter().filter_map(|d| Some((d, height(d)?))).collect();
-    let total: f64 = sections.iter().map(|s| s.1 + ABOVE + BELOW).sum();
+    let total: f64 = sections.iter().map(|s| s.1 + TITLE_ROW + AXIS_ROW).sum();
     (!sections.is_empty()).then(|| {
         render_svg(WIDTH, total + 34.0, |canvas| {
             canvas.title(title, ACROSS.0);
             let mut top = 26.0;
             for (section, height) in sections {
-                let down = (top + ABOVE, top + ABOVE + height);
+                let down = (top + TITLE_ROW, top + TITLE_ROW + height);
                 draw(canvas, section, down);
-                top += height + ABOVE + BELOW;
+                top += height + TITLE_ROW + AXIS_ROW;
             }
         })
     })
 }
 
-fn height(plots: &ChartPlot) -> Option<f64> {
-    match plots {
+fn height(chart: &ChartPlot) -> Option<f64> {
+    match chart {
         ChartPlot::Pitch { .. } => Some(150.0),
-        ChartPlot::Traces { .. } => Some(250.0 + KEY),
+        ChartPlot::Traces { .. } => Some(250.0 + KEY_ROW),
         ChartPlot::Record { .. } => Some(150.0),
         ChartPlot::Runout { .. } => Some(110.0),
     }
 }
 
-fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
-    match plots {
+fn draw(canvas: &mut Canvas, chart: &ChartPlot, down: (f64, f64)) {
+    match chart {
         ChartPlot::Pitch { side, pitches } => pitch(canvas, *side, pitches, down),
         ChartPlot::Runout {
-            method_text: found,
+            method_text: method,
             runout,
         } => {
-            let title = format!("run-out {found}, F_r {:.2} µm", 1e6 * runout.range.value);
+            let title = format!("run-out {method}, F_r {:.2} µm", 1e6 * runout.range.value);
             let bars: Vec<f64> = runout.readings.iter().map(|r| 1e6 * r).collect();
             let panel = panel(canvas, &title, "tooth", &bars, down);
             blocks(canvas, &panel, &bars);
@@ -67,9 +67,9 @@ fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
             traces,
             ..
         } => {
-            let what = if *is_profile { "profile" } else { "helix" };
-            let title = format!("{what}, {}", flanks(*side));
-            let down = (down.0 + KEY, down.1);
+            let subject = if *is_profile { "profile" } else { "helix" };
+            let title = format!("{subject}, {}", flanks(*side));
+            let down = (down.0 + KEY_ROW, down.1);
             draw_traces(canvas, &title, (along, *range, design), traces, down);
         }
         ChartPlot::Record {
@@ -80,7 +80,7 @@ fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
             values,
             long,
         } => {
-            let what = match (is_double, predicted) {
+            let subject = match (is_double, predicted) {
                 (true, _) => "double-flank record".to_string(),
                 (_, true) => format!(
                     "single-flank record expected from pitch and profile, {}",
@@ -88,7 +88,7 @@ fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
                 ),
                 (_, false) => format!("single-flank record, {}", flanks(*side)),
             };
-            record(canvas, &what, *turns, (values, long), down);
+            record(canvas, &subject, *turns, (values, long), down);
         }
     }
 }
@@ -100,7 +100,7 @@ fn flanks(side: GradedFlanks) -> String {
     }
 }
 
-/// A panel over teeth with room for all values and zero.
+/// Panel over tooth numbers; the ordinate includes all values and zero.
 fn panel(canvas: &mut Canvas, title: &str, axis: &str, values: &[f64], down: (f64, f64)) -> Panel {
     let n = values.len() as f64;
     grid_panel(canvas, title, axis, (0.5, n + 0.5), values, down)
@@ -141,34 +141,34 @@ fn blocks(canvas: &mut Canvas, panel: &Panel, values: &[f64]) {
     );
 }
 
-/// Single pitches as bars, the places they add up to as a line, the extremes marked.
+/// Draws single pitch deviations as bars and the cumulative deviation as a line with marked extremes.
 fn pitch(canvas: &mut Canvas, side: GradedFlanks, pitches: &PitchDeviations, down: (f64, f64)) {
     let single: Vec<f64> = pitches.single.iter().map(|f| 1e6 * f).collect();
-    let summed: Vec<f64> = pitches.cumulative.iter().map(|f| 1e6 * f).collect();
-    let (worst, total) = (pitches.single_pitch(), pitches.cumulative_total());
+    let cumulative: Vec<f64> = pitches.cumulative.iter().map(|f| 1e6 * f).collect();
+    let (largest, total) = (pitches.single_pitch(), pitches.cumulative_total());
     let title = format!(
         "pitch, {}: bars f_i (f_p {:.2} µm), line F_i (F_p {:.2} µm)",
         flanks(side),
-        1e6 * worst.estimate.value.abs(),
+        1e6 * largest.estimate.value.abs(),
         1e6 * total.estimate.value
     );
-    let all = [&single[..], &summed].concat();
+    let values = [&single[..], &cumulative].concat();
     let n = single.len() as f64;
-    let panel = grid_panel(canvas, &title, "pitch", (0.5, n + 0.5), &all, down);
+    let panel = grid_panel(canvas, &title, "pitch", (0.5, n + 0.5), &values, down);
     blocks(canvas, &panel, &single);
-    let x = worst.first as f64 + 1.0;
+    let x = largest.first as f64 + 1.0;
     let (from, to) = (
         panel.to_canvas(x - 0.32, 0.0),
-        panel.to_canvas(x + 0.32, single[worst.first]),
+        panel.to_canvas(x + 0.32, single[largest.first]),
     );
     canvas.fill_rect(from, to, ORANGE);
-    let points: Vec<_> = summed
+    let points: Vec<_> = cumulative
         .iter()
         .enumerate()
         .map(|(i, &f)| panel.to_canvas(i as f64 + 1.0, f))
         .collect();
     canvas.polyline(&points, BLACK, 1.2, LineStyle::Solid);
-    let extremes = summed.iter().enumerate();
+    let extremes = cumulative.iter().enumerate();
     let high = extremes.clone().max_by(|a, b| a.1.total_cmp(b.1));
     let low = extremes.min_by(|a, b| a.1.total_cmp(b.1));
     for (i, _) in high.into_iter().chain(low) {
@@ -178,14 +178,14 @@ fn pitch(canvas: &mut Canvas, side: GradedFlanks, pitches: &PitchDeviations, dow
 
 fn record(
     canvas: &mut Canvas,
-    what: &str,
+    subject: &str,
     turns: usize,
-    (values, long): (&[f64], &[f64]),
+    (values, low_orders): (&[f64], &[f64]),
     down: (f64, f64),
 ) {
     let n = values.len() as f64;
     let values: Vec<f64> = values.iter().map(|e| 1e6 * e).collect();
-    let title = format!("{what}; pale: orders below z/2");
+    let title = format!("{subject}; pale: orders below z/2");
     let x = (0.0, turns as f64);
     let y = linear_range(values.iter().copied()).unwrap_or((-1.0, 1.0));
     let panel = grid_panel(canvas, &title, "turn", x, &[y.0, y.1], down);
@@ -197,13 +197,13 @@ fn record(
     curve(canvas, &mut values.iter().copied(), BLACK, 0.7);
     curve(
         canvas,
-        &mut long.iter().map(|e| 1e6 * e),
+        &mut low_orders.iter().map(|e| 1e6 * e),
         lighten(BLUE),
         2.4,
     );
 }
 
-/// Traces upright, one next to the other, surplus to the right, with their mean lines and the design.
+/// Draws vertical traces side by side with their mean lines and the design; surplus material is to the right.
 fn draw_traces(
     canvas: &mut Canvas,
     title: &str,
@@ -215,22 +215,22 @@ fn draw_traces(
     let Some((low, high)) = linear_range(values().map(|y| 1e6 * y).chain([0.0])) else {
         return;
     };
-    let (Some(&foot), Some(&top)) = (along.first(), along.last()) else {
+    let (Some(&bottom), Some(&top)) = (along.first(), along.last()) else {
         return;
     };
     let lane = ((ACROSS.1 - ACROSS.0) / traces.len() as f64).min(190.0);
-    let y = (1e3 * foot, 1e3 * top);
-    let whole = Panel::new(
+    let y = (1e3 * bottom, 1e3 * top);
+    let lanes = Panel::new(
         (ACROSS.0, ACROSS.0 + lane * traces.len() as f64),
         down,
         (0.0, 1.0),
         y,
     );
-    whole.draw_y_grid(canvas, &ticks(y, 6));
+    lanes.draw_y_grid(canvas, &ticks(y, 6));
     canvas.upright("mm", (18.0, 0.5 * (down.0 + down.1)));
-    for border in [range.0, range.1] {
-        let at = whole.canvas_y((1e3 * border).clamp(y.0, y.1));
-        let ends = [(whole.across.0, at), (whole.across.1, at)];
+    for limit in [range.0, range.1] {
+        let height = lanes.canvas_y((1e3 * limit).clamp(y.0, y.1));
+        let ends = [(lanes.across.0, height), (lanes.across.1, height)];
         canvas.polyline(&ends, ORANGE, 1.0, LineStyle::Dashed);
     }
     for (i, (name, trace, line)) in traces.iter().enumerate() {
@@ -261,12 +261,12 @@ fn draw_traces(
         }
         let points = curve(&mut along.iter().copied().zip(trace.iter().copied()));
         canvas.polyline(&points, BLACK, 1.1, LineStyle::Solid);
-        // The mean line lies about the design.
-        let inside = along
+        // The mean line is relative to the design.
+        let evaluated = along
             .iter()
             .zip(design)
             .filter(|(x, _)| **x >= range.0 && **x <= range.1);
-        let points = curve(&mut inside.map(|(x, d)| (*x, line.height_at(*x) + d)));
+        let points = curve(&mut evaluated.map(|(x, d)| (*x, line.height_at(*x) + d)));
         canvas.polyline(&points, BLUE, 1.4, LineStyle::Solid);
         let label = truncate_label(name, (lane / 7.0) as usize);
         let middle = left + 0.5 * lane;
@@ -284,16 +284,16 @@ fn draw_traces(
         .last()
         .copied()
         .unwrap_or(1.0);
-    let long = bar / (high - low) * (lane - 12.0);
-    let (end, at) = (ACROSS.1, down.0 - 12.0 - KEY);
-    canvas.line((end - long, at), (end, at), BLACK, 2.0);
-    let said = format!("surplus to the right, {bar} µm");
-    canvas.label(&said, (end - long - 8.0, at), Anchor::End);
-    canvas.label(title, (ACROSS.0, at), Anchor::Start);
+    let length = bar / (high - low) * (lane - 12.0);
+    let (end, height) = (ACROSS.1, down.0 - 12.0 - KEY_ROW);
+    canvas.line((end - length, height), (end, height), BLACK, 2.0);
+    let text = format!("surplus to the right, {bar} µm");
+    canvas.label(&text, (end - length - 8.0, height), Anchor::End);
+    canvas.label(title, (ACROSS.0, height), Anchor::Start);
     draw_trace_key(canvas, down.0 - 12.0, design.iter().any(|d| *d != 0.0));
 }
 
-/// Names the lines of traces.
+/// Draws the key of the lines of the traces.
 fn draw_trace_key(canvas: &mut Canvas, height: f64, has_design: bool) {
     let lines = [
         ("trace", BLACK, LineStyle::Solid),

@@ -25,7 +25,7 @@ fn uses_limit_table(gear: &MeasuredGear) -> bool {
 pub fn required_grade_result(gear: &MeasuredGear, row: &GradedValue) -> Option<AchievedGrade> {
     match gear.requirement.as_ref().and_then(|d| d.edition) {
         Some(Edition::Y1995) => row.achieved[0],
-        _ if uses_limit_table(gear) => row.reached_by_table,
+        _ if uses_limit_table(gear) => row.table_grade,
         _ => row.achieved[1],
     }
 }
@@ -38,7 +38,7 @@ pub fn text(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     text += "\n";
     text += &table(gear, &measured);
     if !predicted.is_empty() {
-        text += "\nnot measured, from the other charts\n";
+        text += "\nderived from the other charts\n";
         text += &table(gear, &predicted);
     }
     if !result.notes.is_empty() {
@@ -93,7 +93,7 @@ fn short(x: f64) -> String {
 }
 
 fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
-    let by_table = rows.iter().any(|row| row.reached_by_table.is_some());
+    let by_table = rows.iter().any(|row| row.table_grade.is_some());
     let mut table =
         Table::new("||JB 179-60|flank|value [µm]|± [µm]|limit [µm]|grade [required]|:1995|:2013")
             .columns_if(by_table, "table")
@@ -115,12 +115,12 @@ fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
             grade(row.achieved[1]),
         ];
         if by_table {
-            cells.push(grade(row.reached_by_table));
+            cells.push(grade(row.table_grade));
         }
         cells.push(mark(row).to_string());
         cells.push(match row.limiting {
             true => format!(
-                "{}  ◄ sets the grade, {}",
+                "{}  ◄ determines the grade, {}",
                 row.location,
                 grade(required_grade_result(gear, row))
             ),
@@ -186,7 +186,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     };
     let mut text = match coarsest {
         Some(AchievedGrade::Grade(grade)) => {
-            format!("reached: grade {grade}, of what {by} has tolerances for\n")
+            format!("reached: grade {grade}, for values with a tolerance in {by}\n")
         }
         Some(AchievedGrade::Beyond(coarsest)) => {
             format!("coarser than grade {coarsest}, the coarsest of {by}\n")
@@ -204,7 +204,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     let all = measured().count();
     let held = measured().filter(|row| row.limits.is_some()).count();
     text += &match (held, out.is_empty()) {
-        (0, _) => "nothing is held against a limit\n".to_string(),
+        (0, _) => "no value has a limit\n".to_string(),
         (_, true) => format!("{held} of {all} values have a limit, all within it\n"),
         (_, false) => format!(
             "OUT of tolerance: {} ({held} of {all} values have a limit)\n",
@@ -217,7 +217,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         .count();
     if gear.requirement.is_some() && by_grade == 0 {
         text +=
-            &format!("{by} gives none of these values a limit: the required grade is not judged\n");
+            &format!("{by} has no limit for these values: the required grade is not assessed\n");
     }
     text
 }

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 
 use super::figure::Figure;
 use super::method_comparison::{comparison_json, comparison_points, comparison_text, run_table};
-use super::presentation::{ENDED_EARLY, Presentation, Provenance};
+use super::presentation::{INTERRUPTED_TEXT, Presentation, Provenance};
 use super::table::Table;
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use crate::base::error::Error;
 use crate::base::source_span::SourceFile;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::study::comparison::ComparisonResult;
 
 /// Grids of a mesh compared by e(φ, T) and by k(φ, T), or by the unloaded transmission error.
@@ -72,14 +72,14 @@ impl Presentation for MeshAccuracyReport<'_> {
 
     fn interruption(&self) -> Option<String> {
         let interrupted = self.results.iter().any(|result| result.interrupted);
-        interrupted.then(|| ENDED_EARLY.to_string())
+        interrupted.then(|| INTERRUPTED_TEXT.to_string())
     }
 }
 
 /// The grids that no quicker one is as accurate as, by rising time.
 fn quickest(result: &ComparisonResult) -> Vec<WorkPrecisionPoint> {
     let mut points = comparison_points(result);
-    sort_rising(&mut points, |a| a.seconds);
+    sort_ascending(&mut points, |a| a.seconds);
     let mut least = f64::INFINITY;
     points.retain(|point| {
         let is_better = point.error < least;

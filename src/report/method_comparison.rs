@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::figure::Figure;
-use super::presentation::{ENDED_EARLY, Presentation, Provenance};
+use super::presentation::{INTERRUPTED_TEXT, Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use super::work_precision_text::{format_error, format_time_short};
@@ -54,7 +54,9 @@ impl Presentation for ComparisonReport<'_> {
     }
 
     fn interruption(&self) -> Option<String> {
-        self.result.interrupted.then(|| ENDED_EARLY.to_string())
+        self.result
+            .interrupted
+            .then(|| INTERRUPTED_TEXT.to_string())
     }
 }
 
@@ -200,19 +202,19 @@ fn recommendation_text(found: &ComparisonResult, wanted: f64) -> String {
         (Some(method), _) => format!("for {wanted:e} the cheapest is {}", of(method)),
         (None, Some(method)) => {
             let mut text = format!(
-                "no way reaches {wanted:e}; nearest is {} with {}",
+                "no method reaches {wanted:e}; nearest is {} with {}",
                 of(method),
                 method.error.map_or(String::new(), format_error)
             );
             if found.reference_error > wanted {
                 text += &format!(
-                    ", and the reference itself is known to {} only",
+                    ", and the reference has an error of {}",
                     format_error(found.reference_error)
                 );
             }
             text
         }
-        (None, None) => "no way came to its end, so that none can be recommended".to_string(),
+        (None, None) => "no run completed, so that none can be recommended".to_string(),
     }
 }
 

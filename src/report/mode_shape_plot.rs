@@ -271,7 +271,7 @@ impl ModeShapeFigure<'_> {
         }
         let um_per_mrad = displacement / angle * 1e3; // m/rad = 10³ µm/mrad
         format!(
-            "1 here: {} µm, where 1 at left: 1 mrad",
+            "1 here: {} µm if 1 at left: 1 mrad",
             significant(um_per_mrad, 3)
         )
     }
@@ -290,7 +290,7 @@ impl ModeShapeFigure<'_> {
         }
         for (i, node) in self.train.iter().enumerate() {
             match node.from {
-                Some((previous, _)) if !node.same_place => {
+                Some((previous, _)) if !node.follows_parent => {
                     let link = [point(previous, real), point(i, real)];
                     canvas.polyline(&link, GREY, 0.7, LineStyle::Dotted);
                 }
@@ -301,13 +301,13 @@ impl ModeShapeFigure<'_> {
             }
         }
         for run in
-            self.runs(|node| node.same_place && matches!(node.from, Some((_, LinkKind::Shaft))))
+            self.runs(|node| node.follows_parent && matches!(node.from, Some((_, LinkKind::Shaft))))
         {
             let points: Vec<_> = run.clone().map(|i| point(i, real)).collect();
             canvas.polyline(&decimated(&points), BLACK, 1.6, LineStyle::Solid);
         }
         if self.complex {
-            for run in self.runs(|node| node.same_place) {
+            for run in self.runs(|node| node.follows_parent) {
                 let points: Vec<_> = run.map(|i| point(i, imaginary)).collect();
                 canvas.polyline(&decimated(&points), BLUE, 1.3, LineStyle::Dashed);
             }

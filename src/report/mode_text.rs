@@ -3,7 +3,7 @@
 use crate::machine::components::Machine;
 use crate::modes::energy::EnergyShares;
 use crate::modes::mode::Mode;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
 /// An element with its share: `belt (71 %)`.
 pub fn element_share(machine: &Machine, element: usize, share: f64) -> String {
@@ -23,7 +23,7 @@ pub fn dominant_elements_text(machine: &Machine, mode: &Mode, energies: &EnergyS
         .clone()
         .filter(|_| !mode.is_oscillatory());
     let mut strain = lost.or(energies.strain.clone()).unwrap_or_default();
-    sort_falling(&mut strain, |a| a.1);
+    sort_descending(&mut strain, |a| a.1);
     let word = |&(e, share): &(usize, f64)| element_share(machine, e, share);
     match strain.as_slice() {
         [] => "–".to_string(),

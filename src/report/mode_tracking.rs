@@ -8,7 +8,7 @@ use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_dev
 use super::table::{Table, exact, or_blank};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::statistics::Z_95;
 use crate::plan::logs::identification_result::ModeTracking;
 use crate::plan::logs::method::structure_text;
@@ -124,7 +124,7 @@ pub fn table(course: &ModeTracking) -> String {
 pub fn trials_table(course: &ModeTracking) -> String {
     let mut table = Table::new("model|memory [s]|error of prediction [rms]|note");
     let mut all: Vec<&MemoryTrial> = course.trials.iter().collect();
-    sort_rising(&mut all, |a| a.error_variance);
+    sort_ascending(&mut all, |a| a.error_variance);
     for trial in all.into_iter().take(MAX_ROWS) {
         let memory = course
             .memory_s(trial)

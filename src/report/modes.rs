@@ -24,7 +24,7 @@ use crate::modes::modal_basis::BasisSolution;
 use crate::modes::mode::{Mode, modulus};
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::{ModesPlan, StageDecision};
@@ -251,7 +251,7 @@ fn mode(
 fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: ShapeDetail) -> Value {
     let mut order: Vec<usize> = (0..mode.shape.len()).collect();
     if let Some(top) = detail.top {
-        sort_falling(&mut order, |&a| modulus(mode.shape[a]));
+        sort_descending(&mut order, |&a| modulus(mode.shape[a]));
         order.truncate(top);
         order.sort_unstable();
     }
@@ -264,7 +264,7 @@ fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: ShapeDetail) 
 
 fn shares(machine: &Machine, shares: &[(usize, f64)], detail: ShapeDetail) -> Value {
     let mut sorted = shares.to_vec();
-    sort_falling(&mut sorted, |a| a.1.abs());
+    sort_descending(&mut sorted, |a| a.1.abs());
     sorted.truncate(detail.top.unwrap_or(usize::MAX));
     let entries = sorted
         .into_iter()

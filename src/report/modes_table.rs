@@ -1,4 +1,4 @@
-//! Modes, crossings and the plan as terminal tables.
+//! Modes and Campbell crossings as terminal tables.
 
 use super::campbell;
 use super::mode_text::dominant_elements_text;
@@ -8,39 +8,39 @@ use crate::machine::components::Machine;
 use crate::modes::campbell::{CampbellDiagram, OrderCrossing};
 use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 
-/// Rows of modes shown at once; the files hold all.
+/// Maximum number of rows shown; CSV and JSON contain all.
 const MAX_ROWS: usize = 50;
 
-/// One row a mode.
+/// Table of modes, one row each.
 pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
-    let shown = result.modes.len().min(MAX_ROWS);
-    let frequencies: Vec<f64> = result.modes[..shown]
+    let n_rows = result.modes.len().min(MAX_ROWS);
+    let frequencies: Vec<f64> = result.modes[..n_rows]
         .iter()
         .map(|m| m.frequency_hz())
         .collect();
-    let damped = (0..shown).any(|k| damping(result, k).is_some());
-    let decays = result.modes[..shown]
+    let has_damping = (0..n_rows).any(|k| damping(result, k).is_some());
+    let has_decay = result.modes[..n_rows]
         .iter()
         .any(|m| !m.rigid && !m.is_oscillatory());
     let mut table = Table::new("mode|frequency [Hz]")
-        .columns_if(damped && result.complex, "damping [%]")
-        .columns_if(damped && !result.complex, "damping* [%]")
-        .columns_if(decays, "time constant [s]")
+        .columns_if(has_damping && result.complex, "damping [%]")
+        .columns_if(has_damping && !result.complex, "damping* [%]")
+        .columns_if(has_decay, "time constant [s]")
         .columns("dominant element");
     for (k, frequency) in column(&frequencies).into_iter().enumerate() {
         let mode = &result.modes[k];
-        let swings = mode.rigid || mode.is_oscillatory();
-        let frequency = or_dash(swings.then_some(frequency), |text| text);
+        let oscillates = mode.rigid || mode.is_oscillatory();
+        let frequency = or_dash(oscillates.then_some(frequency), |text| text);
         let mut row = vec![(k + 1).to_string(), frequency];
-        if damped {
+        if has_damping {
             row.push(or_dash(damping(result, k), percent));
         }
-        if decays {
-            let time = (!swings).then(|| -1.0 / mode.eigenvalue.re);
+        if has_decay {
+            let time = (!oscillates).then(|| -1.0 / mode.eigenvalue.re);
             row.push(or_dash(time, significant));
         }
         let energies = &result.energies[k];
@@ -48,17 +48,17 @@ pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
         table.row(row);
     }
     let mut text = table.text();
-    if result.modes.len() > shown {
-        let more = result.modes.len() - shown;
-        text += &format!("… and {more} more; --lowest N limits them, --csv and --json hold all\n");
+    if result.modes.len() > n_rows {
+        let more = result.modes.len() - n_rows;
+        text += &format!("… and {more} more; --lowest N limits them, --csv and --json have all\n");
     }
-    if damped && !result.complex {
-        text += "* from the losses of the undamped shape; --damped solves for it\n";
+    if has_damping && !result.complex {
+        text += "* estimated from the undamped shape; --damped computes it\n";
     }
     text
 }
 
-/// Damping ratio: of a complex mode, else estimated from the losses of the undamped shape.
+/// Damping ratio of a complex mode, or its estimate from the losses of the undamped shape.
 pub fn damping(result: &ModesResult, k: usize) -> Option<f64> {
     if result.complex {
         result.modes[k].damping_ratio
@@ -67,7 +67,7 @@ pub fn damping(result: &ModesResult, k: usize) -> Option<f64> {
     }
 }
 
-/// Everything about one mode: where its energy is, what it depends on, its shape.
+/// Evaluation of one mode: energy shares and frequency sensitivities by element, mode shape.
 pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) -> String {
     let machine = &prepared_machine.machine;
     let (mode, energies) = (&result.modes[k], &result.energies[k]);
@@ -96,7 +96,7 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
     let list = result
         .sensitivities
         .as_ref()
-        .map(|all| all[k].as_slice())
+        .map(|list| list[k].as_slice())
         .unwrap_or_default();
     for element in rank_by_share(
         machine,
@@ -107,8 +107,8 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
         ],
     ) {
         let share = |shares: Option<&[(usize, f64)]>| {
-            let found = shares.and_then(|s| s.iter().find(|s| s.0 == element));
-            or_dash(found, |s| percent(s.1))
+            let entry = shares.and_then(|s| s.iter().find(|s| s.0 == element));
+            or_dash(entry, |s| percent(s.1))
         };
         table.row([
             machine.elements[element].name.clone(),
@@ -130,24 +130,24 @@ fn sensitivity(
     element: usize,
     parameter: SensitivityParameter,
 ) -> String {
-    let found = list
+    let entry = list
         .iter()
         .find(|s| s.element == element && s.parameter == parameter);
-    or_dash(found, |s| format!("{:.4}", s.relative))
+    or_dash(entry, |s| format!("{:.4}", s.relative))
 }
 
 /// Elements with a share above one in a thousand, the largest first.
-fn rank_by_share(machine: &Machine, all: [Option<&[(usize, f64)]>; 3]) -> Vec<usize> {
+fn rank_by_share(machine: &Machine, shares: [Option<&[(usize, f64)]>; 3]) -> Vec<usize> {
     let mut largest = vec![0.0f64; machine.elements.len()];
-    for &(element, share) in all.into_iter().flatten().flatten() {
+    for &(element, share) in shares.into_iter().flatten().flatten() {
         largest[element] = largest[element].max(share.abs());
     }
     let mut order: Vec<usize> = (0..largest.len()).filter(|&e| largest[e] >= 1e-3).collect();
-    sort_falling(&mut order, |&a| largest[a]);
+    sort_descending(&mut order, |&a| largest[a]);
     order
 }
 
-/// Components smaller than this part of the largest are shown as nothing.
+/// Components smaller than this share of the largest are shown as zero.
 const ZERO_THRESHOLD: f64 = 5e-7;
 
 fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
@@ -158,47 +158,47 @@ fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
     for (i, &z) in shape.iter().enumerate() {
         let mut row = vec![machine.dof_name(i)];
         if result.complex {
-            let still = modulus(z) < ZERO_THRESHOLD * largest;
+            let is_zero = modulus(z) < ZERO_THRESHOLD * largest;
             row.push(format!("{:.6}", modulus(z) / largest));
-            let phase = (!still).then(|| z.im.atan2(z.re).to_degrees());
+            let phase = (!is_zero).then(|| z.im.atan2(z.re).to_degrees());
             row.push(or_dash(phase, |deg| format!("{deg:.1}")));
         } else {
-            let moves = modulus(z) >= ZERO_THRESHOLD * largest;
-            row.push(format!("{:.6}", if moves { z.re / largest } else { 0.0 }));
+            let nonzero = modulus(z) >= ZERO_THRESHOLD * largest;
+            row.push(format!("{:.6}", if nonzero { z.re / largest } else { 0.0 }));
         }
         table.row(row);
     }
     table.text()
 }
 
-/// Crossings of orders and modes, by falling participation of the excited part.
-/// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
-pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
+/// Crossings of excitation orders and modes, by falling participation of the excited part.
+/// Modes are numbered in their order at the first speed, after `n_rigid` rigid-body modes.
+pub fn crossings(diagram: &CampbellDiagram, n_rigid: usize) -> String {
     // Shares below one in a thousand are not listed.
-    let mut order: Vec<usize> = (0..found.crossings.len())
-        .filter(|&k| found.crossings[k].participation >= 1e-3)
+    let mut order: Vec<usize> = (0..diagram.crossings.len())
+        .filter(|&k| diagram.crossings[k].participation >= 1e-3)
         .collect();
     order.sort_by(|&a, &b| {
-        found.crossings[b]
+        diagram.crossings[b]
             .participation
-            .total_cmp(&found.crossings[a].participation)
+            .total_cmp(&diagram.crossings[a].participation)
     });
     let shown = &order[..order.len().min(MAX_ROWS)];
     let mut table = Table::default()
-        .column(&format!("{} at", found.reference), "rpm")
-        .columns("frequency [Hz]|order|mode|takes part [%]|excited by");
-    let all = |of: fn(&OrderCrossing) -> f64| -> Vec<String> {
+        .column(&format!("{} at", diagram.reference), "rpm")
+        .columns("frequency [Hz]|order|mode|participation [%]|excited by");
+    let texts = |quantity: fn(&OrderCrossing) -> f64| -> Vec<String> {
         column(
             &shown
                 .iter()
-                .map(|&k| of(&found.crossings[k]))
+                .map(|&k| quantity(&diagram.crossings[k]))
                 .collect::<Vec<_>>(),
         )
     };
-    let (speeds, frequencies) = (all(|c| c.speed_rpm), all(|c| c.frequency_hz));
+    let (speeds, frequencies) = (texts(|c| c.speed_rpm), texts(|c| c.frequency_hz));
     for (row, &k) in shown.iter().enumerate() {
-        let crossing = &found.crossings[k];
-        let order = &found.orders[crossing.order];
+        let crossing = &diagram.crossings[k];
+        let order = &diagram.orders[crossing.order];
         table.row([
             speeds[row].clone(),
             frequencies[row].clone(),
@@ -213,15 +213,12 @@ pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
         ]);
     }
     let mut text = match shown.len() {
-        0 => "no order meets a mode that takes part with 0.1 % or more in this range of speeds\n"
+        0 => "no order crosses a mode with a participation of 0.1 % or more in this range of speeds\n"
             .to_string(),
         _ => table.text(),
     };
     if order.len() > shown.len() {
-        text += &format!(
-            "… and {} more; --json holds all\n",
-            order.len() - shown.len()
-        );
+        text += &format!("… and {} more; --json has all\n", order.len() - shown.len());
     }
     text
 }

@@ -237,7 +237,7 @@ fn flank_json(flank: &ConjugateFlank) -> Value {
             "path_mm": [1e3 * second.path_point.re, 1e3 * second.path_point.im],
             "apart_mm": 1e3 * (second.tool_point - second.first.tool_point).norm(),
         })).collect::<Vec<_>>(),
-        "pitch_point_miss_um": worst(flank, |c| 1e6 * c.miss),
+        "pitch_point_miss_um": worst(flank, |c| 1e6 * c.pitch_point_deviation),
     })
 }
 
@@ -283,10 +283,10 @@ fn flank_table(flank: &ConjugateFlank) -> Table<'static> {
 fn check_lines(flank: &ConjugateFlank) -> String {
     let mut lines = match flank.law_error() {
         Some(error) => format!(
-            "law of gearing over {} contacts: the gear is off by {:.1e} arcsec at most, the normal by {:.1e} µm from the pitch point\n",
+            "law of gearing over {} contacts: the gear deviates by at most {:.1e} arcsec, the normal from the pitch point by {:.1e} µm\n",
             flank.checks.len(),
             ARCSEC * error,
-            worst(flank, |c| 1e6 * c.miss),
+            worst(flank, |c| 1e6 * c.pitch_point_deviation),
         ),
         None => "law of gearing not checked: a flank folds back\n".into(),
     };
@@ -299,12 +299,12 @@ fn check_lines(flank: &ConjugateFlank) -> String {
     let apart = (flank.second.iter()).map(|s| (s.tool_point - s.first.tool_point).norm());
     let [near, far] = apart.fold([f64::INFINITY, 0.0f64], |[l, h], x| [l.min(x), h.max(x)]);
     lines += &match flank.second.len() {
-        0 => "no point of the gear's flank touches the body of the pinion a second time\n".into(),
+        0 => "no second contact of the gear's flank with the pinion\n".into(),
         n => format!(
             "{n} points of the gear's flank touch the body of the pinion a second time, {:.4} to {:.4} mm from the first contact, {} of them at radii of the pinion's flank\n",
             1e3 * near,
             1e3 * far,
-            flank.second_on_flank()
+            flank.n_second_contacts()
         ),
     };
     lines
@@ -317,7 +317,7 @@ fn given_json(contact: &GivenContact) -> Value {
         "point_mm": [1e3 * check.point.re, 1e3 * check.point.im],
         "ratio": check.ratio,
         "ratio_of_law": ratio,
-        "pitch_point_miss_mm": 1e3 * check.miss,
+        "pitch_point_miss_mm": 1e3 * check.pitch_point_deviation,
         "te_arcsec": ARCSEC * check.error,
     })
 }
@@ -333,7 +333,7 @@ fn given_table(given: &[GivenContact]) -> Table<'static> {
             format!("{:.3}", check.angle_1.to_degrees()),
             format!("{:.6}", check.ratio),
             format!("{ratio:.6}"),
-            format!("{:.6}", 1e3 * check.miss),
+            format!("{:.6}", 1e3 * check.pitch_point_deviation),
             format!("{:.4}", ARCSEC * check.error),
         ]);
     }

@@ -1,9 +1,9 @@
 //! Number formatting: decimal alignment, significant digits, intervals, CSV cells.
 
-/// Significant digits of a frequency in a table.
-const MAX_ROWS: i32 = 6;
+/// Significant digits of a number in a table.
+const DIGITS: i32 = 6;
 
-/// Texts for a column of non-negative numbers: fixed decimals where their sizes allow, powers of ten where not.
+/// Formats a column of non-negative numbers with fixed decimals, or as powers of ten if they differ too much in size.
 pub fn column(values: &[f64]) -> Vec<String> {
     let sizes = || {
         values
@@ -17,9 +17,9 @@ pub fn column(values: &[f64]) -> Vec<String> {
     if largest == 0.0 {
         return values.iter().map(|x| format!("{x:.4}")).collect();
     }
-    let wide = largest / smallest > 1e9 || largest >= 1e9 || smallest < 1e-6;
-    if wide {
-        let digits = (MAX_ROWS - 1) as usize;
+    let as_power = largest / smallest > 1e9 || largest >= 1e9 || smallest < 1e-6;
+    if as_power {
+        let digits = (DIGITS - 1) as usize;
         return values
             .iter()
             .map(|&x| {
@@ -31,18 +31,18 @@ pub fn column(values: &[f64]) -> Vec<String> {
             })
             .collect();
     }
-    let decimals = (MAX_ROWS - 1 - smallest.log10().floor() as i32)
+    let decimals = (DIGITS - 1 - smallest.log10().floor() as i32)
         .clamp(0, 10)
         .min(decimals_for(largest)) as usize;
     values.iter().map(|x| format!("{x:.decimals$}")).collect()
 }
 
-/// No more than ten digits in all, and at least four decimals for what is not huge.
+/// Largest number of decimals of a column: four within ten digits in total, six below 10.
 fn decimals_for(largest: f64) -> i32 {
-    let whole = largest.log10().floor() as i32 + 1;
-    (10 - whole)
+    let integer_digits = largest.log10().floor() as i32 + 1;
+    (10 - integer_digits)
         .clamp(0, 4)
-        .max(if largest < 10.0 { MAX_ROWS } else { 0 })
+        .max(if largest < 10.0 { DIGITS } else { 0 })
 }
 
 fn power(x: f64, digits: usize) -> String {
@@ -51,36 +51,36 @@ fn power(x: f64, digits: usize) -> String {
     format!("{mantissa}e{exponent}")
 }
 
-/// One number with six significant digits, as a power of ten where it is very small or large.
+/// Formats a number with six significant digits, as a power of ten below 1e-3 and from 1e6.
 pub fn significant(x: f64) -> String {
     match x.abs() {
         0.0 => "0".to_string(),
         size if (1e-3..1e6).contains(&size) => {
-            let decimals = (MAX_ROWS - 1 - size.log10().floor() as i32).max(0) as usize;
+            let decimals = (DIGITS - 1 - size.log10().floor() as i32).max(0) as usize;
             format!("{x:.decimals$}")
         }
-        _ => power(x, (MAX_ROWS - 1) as usize),
+        _ => power(x, (DIGITS - 1) as usize),
     }
 }
 
-/// Both ends of an interval with two digits of its width, four of themselves at least.
+/// Formats an interval with two significant digits of its width and at least four of its ends.
 pub fn interval(low: f64, high: f64) -> String {
-    /// No width is meant finer than this share of an end.
-    const DIGITS: i32 = 9;
+    /// Largest number of digits after the leading digit of an end.
+    const MAX_DIGITS: i32 = 9;
     let width = (high - low).abs();
     let size = high.abs().max(low.abs());
-    let fine = width > 0.0 && width.is_finite() && (1e-4..1e7).contains(&size);
-    if !fine {
+    let is_regular = width > 0.0 && width.is_finite() && (1e-4..1e7).contains(&size);
+    if !is_regular {
         return format!("{} … {}", four_digits(low), four_digits(high));
     }
-    let whole = size.log10().floor() as i32;
+    let exponent = size.log10().floor() as i32;
     let decimals = (1 - width.log10().floor() as i32)
-        .max(3 - whole)
-        .clamp(0, DIGITS - whole) as usize;
+        .max(3 - exponent)
+        .clamp(0, MAX_DIGITS - exponent) as usize;
     format!("{low:.decimals$} … {high:.decimals$}")
 }
 
-/// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
+/// Formats a number with four significant digits without trailing zeros: `2000`, `0.03125`, `−1.500e-7`.
 pub fn four_digits(x: f64) -> String {
     if x == 0.0 {
         return "0".to_string();
@@ -102,8 +102,8 @@ pub fn four_digits(x: f64) -> String {
     text.replace('-', "−").replace("e−", "e-")
 }
 
-/// A number with the digits that hold where it may be off by `error`, four at most: the unit of the last is twice the error or more.
-/// Absent where none holds.
+/// Formats a number with its significant digits, four at most: the unit of the last digit is at least twice `error`. `None` if no digit
+/// is significant.
 pub fn significant_text(x: f64, error: f64) -> Option<String> {
     if error == 0.0 {
         return Some(four_digits(x));
@@ -113,9 +113,9 @@ pub fn significant_text(x: f64, error: f64) -> Option<String> {
     if unit <= size - 3.0 {
         return Some(four_digits(x));
     }
-    // A NaN holds no digit.
-    let holds = x.abs() >= 0.5 * 10f64.powf(unit);
-    if !holds {
+    // A NaN has no significant digit.
+    let has_digit = x.abs() >= 0.5 * 10f64.powf(unit);
+    if !has_digit {
         return None;
     }
     let text = match unit <= 0.0 && size >= -4.0 {
@@ -125,39 +125,39 @@ pub fn significant_text(x: f64, error: f64) -> Option<String> {
     Some(text.replace('-', "−").replace("e−", "e-"))
 }
 
-/// A text for people with the sign of every negative number as a minus, and none before nothing: `-40/13` becomes `−40/13`, `-0.0` becomes
-/// ` 0.0`, as wide as it was. Exponents, ranges and words keep their hyphens.
+/// Replaces the hyphen of negative numbers by a minus sign, and that of a zero by a blank: `-40/13` becomes `−40/13`, `-0.0` becomes
+/// ` 0.0`. Exponents, ranges and words keep their hyphens.
 pub fn with_minus_signs(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    let mut before = ' ';
-    let mut rest = text.chars().peekable();
-    let mut at = 0;
-    while let Some(c) = rest.next() {
-        let opens = before.is_whitespace() || matches!(before, '(' | '[' | '±' | '…');
-        let is_sign = c == '-' && opens && rest.peek().is_some_and(char::is_ascii_digit);
+    let mut previous = ' ';
+    let mut chars = text.chars().peekable();
+    let mut position = 0;
+    while let Some(c) = chars.next() {
+        let starts_number = previous.is_whitespace() || matches!(previous, '(' | '[' | '±' | '…');
+        let is_sign = c == '-' && starts_number && chars.peek().is_some_and(char::is_ascii_digit);
         if is_sign {
-            let number = text[at + 1..].split(|d: char| !(d.is_ascii_digit() || d == '.'));
+            let number = text[position + 1..].split(|d: char| !(d.is_ascii_digit() || d == '.'));
             let digits = number.into_iter().next().unwrap_or("");
-            let next = text[at + 1 + digits.len()..].chars().next();
-            let ends =
+            let next = text[position + 1 + digits.len()..].chars().next();
+            let is_complete =
                 next.is_none_or(|n| n.is_whitespace() || matches!(n, ',' | ';' | ')' | ']' | '%'));
-            let nothing = ends && digits.chars().all(|d| matches!(d, '0' | '.'));
-            out.push(if nothing { ' ' } else { '−' });
+            let is_zero = is_complete && digits.chars().all(|d| matches!(d, '0' | '.'));
+            out.push(if is_zero { ' ' } else { '−' });
         } else {
             out.push(c);
         }
-        before = c;
-        at += c.len_utf8();
+        previous = c;
+        position += c.len_utf8();
     }
     out
 }
 
-/// rpm of rad/s.
+/// Converts rad/s to rpm.
 pub fn rpm(speed: f64) -> f64 {
     speed * 30.0 / std::f64::consts::PI
 }
 
-/// A unit in which the largest value is easily read.
+/// Prefixed unit suited to the largest value, with the factor from the base unit.
 pub fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
     let (factor, prefix) = match (largest, unit) {
         (x, "m" | "rad") if x < 1e-3 => (1e6, "µ"),
@@ -168,7 +168,7 @@ pub fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
     (factor, format!("{prefix}{unit}"))
 }
 
-/// The label of an axis in SI, alone or behind a comma, in the unit of its largest value; and the factor of the values.
+/// Scales an SI axis label (`unit` or `name, unit`) to the unit of its largest value; returns the factor of the values and the label.
 pub fn scaled_label(label: &str, largest: f64) -> (f64, String) {
     const SCALED: [&str; 4] = ["m", "rad", "N", "N·m"];
     let (name, unit) = label.rsplit_once(", ").unwrap_or(("", label));
@@ -179,14 +179,14 @@ pub fn scaled_label(label: &str, largest: f64) -> (f64, String) {
         return (1.0, label.to_string());
     }
     let (factor, unit) = choose_unit(largest, unit);
-    let gap = if name.is_empty() { "" } else { ", " };
-    (factor, format!("{name}{gap}{unit}"))
+    let separator = if name.is_empty() { "" } else { ", " };
+    (factor, format!("{name}{separator}{unit}"))
 }
 
 /// Footnote of a table of measured values: ± is [`Z_95`](crate::numeric::statistics::Z_95) standard deviations.
 pub const INTERVAL_FOOTNOTE: &str = "± the 95 % interval, 1.96 standard deviations\n";
 
-/// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.
+/// Formats a value with its deviation to two digits of the deviation: `26.602 ± 0.014`.
 pub fn with_deviation(value: f64, deviation: f64) -> String {
     if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
         return significant(value);
@@ -195,7 +195,7 @@ pub fn with_deviation(value: f64, deviation: f64) -> String {
     format!("{value:.decimals$} ± {deviation:.decimals$}")
 }
 
-/// A share or a ratio as per cent with a sensible number of digits.
+/// Formats a ratio in per cent: one decimal from 10 %, two from 0.01 %, else two digits as a power of ten.
 pub fn percent(x: f64) -> String {
     let value = 100.0 * x;
     match value.abs() {
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn exact_digits_that_hold() {
-        for (x, error, shown) in [
+        for (x, error, expected) in [
             (5897.3, 0.0, "5897"),
             (5897.3, 0.3, "5897"),
             (5897.3, 4.0, "5.90e3"),
@@ -245,13 +245,13 @@ mod tests {
             (3.4567e-7, 1e-9, "3.5e-7"),
         ] {
             let text = significant_text(x, error);
-            assert_eq!(text.as_deref().unwrap_or("–"), shown, "{x} {error}");
+            assert_eq!(text.as_deref().unwrap_or("–"), expected, "{x} {error}");
         }
     }
 
     #[test]
     fn exact_labels_in_the_unit_of_their_size() {
-        for (label, largest, factor, shown) in [
+        for (label, largest, factor, expected) in [
             ("rad", 0.012, 1e3, "mrad"),
             ("displacement, m", 6e-5, 1e6, "displacement, µm"),
             ("force, N", 2.5e5, 1e-3, "force, kN"),
@@ -260,13 +260,13 @@ mod tests {
             ("time, s", 1e-5, 1.0, "time, s"),
             ("rad", 0.0, 1.0, "rad"),
         ] {
-            assert_eq!(scaled_label(label, largest), (factor, shown.to_string()));
+            assert_eq!(scaled_label(label, largest), (factor, expected.to_string()));
         }
     }
 
     #[test]
     fn exact_minus_signs() {
-        for (text, shown) in [
+        for (text, expected) in [
             ("a -40/13 b", "a −40/13 b"),
             ("  -0.00  -0  0", "   0.00   0  0"),
             ("(-3.5, -0.05)", "(−3.5, −0.05)"),
@@ -278,7 +278,7 @@ mod tests {
             ("", ""),
             ("−-5 µ-6", "−-5 µ-6"),
         ] {
-            assert_eq!(with_minus_signs(text), shown);
+            assert_eq!(with_minus_signs(text), expected);
         }
         assert_eq!([-0.0, f64::NEG_INFINITY].map(four_digits), ["0", "−inf"]);
     }

@@ -110,7 +110,7 @@ fn lines(setup: &SimulationSetup, spectra: &Spectra) -> String {
         four_digits(spectra.frequency_hz.get(1).copied().unwrap_or(0.0))
     );
     match table.row_count() {
-        0 => format!("{head}no peak rises above its floor\n"),
+        0 => format!("{head}no peak exceeds its floor\n"),
         _ => head + &table.text(),
     }
 }

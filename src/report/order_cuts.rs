@@ -11,7 +11,7 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact};
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::sorting::rising_order;
+use crate::numeric::sorting::ascending_order;
 use crate::plan::logs::order_cuts::{OrderCut, OrderCuts, rpm};
 
 impl Presentation for LogReport<OrderCuts> {
@@ -86,17 +86,17 @@ impl Presentation for LogReport<OrderCuts> {
 
 /// Amplitude and phase over speed, by rising speed.
 fn plots(found: &OrderCuts, title: &str) -> PlotColumn {
-    let rising = rising_order(found.speed.iter().copied());
+    let rising = ascending_order(found.speed.iter().copied());
     bode::bode(&BodePlot {
         title: format!("{title}: order cuts"),
-        across: "speed, rpm",
+        abscissa_label: "speed, rpm",
         frequency_hz: rising.iter().map(|&at| rpm(found.speed[at])).collect(),
         curves: (found.cuts.iter())
             .map(|cut| bode::BodeCurve {
                 label: format!("{} order {}", cut.channel, cut.order),
                 unit: cut.unit.clone(),
                 measured: rising.iter().map(|&at| cut.value[at]).collect(),
-                computed: true,
+                is_computed: true,
                 ..bode::BodeCurve::default()
             })
             .collect(),

@@ -1,4 +1,4 @@
-//! Presentation of results: document, text, table, figures, notes and warnings of every analysis by one trait.
+//! Presentation trait of analysis results: JSON document, text, table, figures, notes and warnings.
 
 use std::sync::Arc;
 
@@ -17,26 +17,26 @@ use crate::plan::stages::StageDecision;
 use crate::recording::raw::Repair;
 use crate::scene::Scene;
 
-/// A result as it is shown, by every command and by each study of a scene.
+/// Output forms of a result, for every command and every study of a scene.
 pub trait Presentation {
-    /// Sources and steps of the result.
+    /// Sources, steps and warnings of the result.
     fn provenance(&self) -> Provenance<'_>;
 
-    /// The keys of the result in its JSON document; [`document`] adds those of its provenance.
+    /// JSON object of the result; [`document`] adds the keys of its provenance.
     ///
     /// # Errors
-    /// A result without a form that JSON can hold.
+    /// A result that JSON cannot represent.
     fn body(&self) -> Result<Value, Error>;
 
-    /// The result for a terminal.
+    /// Terminal text.
     fn text(&self) -> String;
 
-    /// The table that is written as CSV.
+    /// Table for CSV output; empty by default.
     fn table(&self) -> Table<'_> {
         Table::default()
     }
 
-    /// The figures.
+    /// Figures; none by default.
     ///
     /// # Errors
     /// A curve that cannot be computed.
@@ -44,99 +44,99 @@ pub trait Presentation {
         Ok(Vec::new())
     }
 
-    /// The views that only a page shows.
+    /// Interactive views of the HTML page; none by default.
     fn views(&self) -> Vec<View> {
         Vec::new()
     }
 
-    /// Remainder that the figures do not show; empty by default.
+    /// Notes on data omitted from the figures; empty by default.
     fn figure_notes(&self) -> String {
         String::new()
     }
 
-    /// Whether warnings precede the result, because they decide whether the rest is of use; by default they follow it.
+    /// Whether the warnings precede the result because they may invalidate it; `false` by default.
     fn warnings_first(&self) -> bool {
         false
     }
 
-    /// Steps carried out and left out, in lines: by default those left out.
+    /// Notes on the steps, one per line; the omitted steps by default.
     fn notes(&self) -> String {
         omitted_steps(self.provenance().stages)
     }
 
-    /// The line that says why the result ends early; absent where it is whole.
+    /// Reason for an incomplete result, one line; `None` for a complete result.
     fn interruption(&self) -> Option<String> {
         None
     }
 
-    /// The exit code of a whole result: 1 where it is a bad verdict.
+    /// Exit code of a complete result: 1 for a failed verdict, 0 by default.
     fn exit_code(&self) -> u8 {
         0
     }
 }
 
-/// The result of a study of a scene.
+/// Report of a study of a scene.
 pub struct StudyReport<'a, R> {
-    /// The scene.
+    /// Scene.
     pub scene: &'a Scene,
-    /// The machine of the scene.
+    /// Machine of the scene.
     pub machine: &'a PreparedMachine,
-    /// The result.
+    /// Result of the study.
     pub result: R,
 }
 
-/// The result of an analysis of a log.
+/// Report of the analysis of a log.
 pub struct LogReport<R> {
-    /// Name of the log, above figures.
+    /// Name of the log, title of the figures.
     pub title: String,
-    /// Repairs of the data.
+    /// Repairs of the recorded data.
     pub repairs: Vec<Repair>,
-    /// The result, its warnings with those about the data.
+    /// Result; its warnings include the data-quality warnings.
     pub result: R,
 }
 
-/// The line of a result that an interrupt has ended.
-pub const ENDED_EARLY: &str = "interrupted: what is shown was finished before\n";
+/// Text of a result ended by an interrupt.
+pub const INTERRUPTED_TEXT: &str = "interrupted: results shown were complete before\n";
 
-/// Sources and steps of a result.
+/// Sources, steps and warnings of a result.
 #[derive(Default)]
 pub struct Provenance<'a> {
-    /// Title of the scene; empty where there is none or the text of the result begins with it.
+    /// Title of the scene; empty without a title or if the text of the result contains it.
     pub title: &'a str,
-    /// The texts of the model; empty for a log.
+    /// Source files of the model; empty for a log.
     pub sources: &'a [Arc<SourceFile>],
-    /// The steps that ran.
+    /// Names of the executed steps.
     pub trace: Vec<&'a str>,
-    /// Cost of the steps; null where it is not reported.
+    /// Cost of the steps; null if not reported.
     pub effort: Value,
-    /// The plan, where the document holds it.
+    /// Stage decisions of the plan; empty if not reported.
     pub stages: &'a [(&'static str, StageDecision)],
-    /// Repairs of the data of a log.
+    /// Repairs of the recorded data; `None` for a model.
     pub repairs: Option<&'a [Repair]>,
-    /// Data-quality warnings and others.
+    /// Warnings, including data-quality warnings.
     pub warnings: &'a [Diagnostic],
 }
 
 impl<'a> Provenance<'a> {
-    /// The provenance of a result that a plan has for a model.
+    /// Provenance of a result computed from a model by a plan.
     pub fn of_plan(
         sources: &'a [Arc<SourceFile>],
         stages: &'a [(&'static str, StageDecision)],
         warnings: &'a [Diagnostic],
     ) -> Provenance<'a> {
-        let ran = stages
+        let executed = stages
             .iter()
             .filter(|s| matches!(s.1, StageDecision::Runs(_)));
         Provenance {
             sources,
-            trace: ran.map(|s| s.0).collect(),
+            trace: executed.map(|s| s.0).collect(),
             stages,
             warnings,
             ..Provenance::default()
         }
     }
 
-    /// The provenance of a result from a log, from the steps with their times, s.
+    /// Provenance of a result computed from a log; `trace` holds the steps with their times, s.
     pub fn of_log(
         trace: &'a [(&'static str, f64)],
         repairs: &'a [Repair],
@@ -151,43 +151,43 @@ impl<'a> Provenance<'a> {
         }
     }
 
-    /// The `geardyn` block of the document.
+    /// `geardyn` block of the JSON document.
     pub fn header(&self) -> Value {
         let hash = (!self.sources.is_empty()).then(|| hash(self.sources));
         json!({ "version": env!("CARGO_PKG_VERSION"), "model_hash": hash, "trace": self.trace })
     }
 }
 
-/// The cost of steps: `[{stage, time_s}]`.
+/// JSON of the step times, s: `[{stage, time_s}]`.
 pub fn step_times<'a>(steps: impl Iterator<Item = (&'a str, f64)>) -> Value {
     steps
         .map(|(stage, seconds)| json!({ "stage": stage, "time_s": seconds }))
         .collect()
 }
 
-/// The JSON document of a result: header, result, effort, stages, repairs, warnings.
+/// Assembles the JSON document of a result: header, result, effort, stages, repairs, warnings.
 ///
 /// # Errors
 /// As for [`Presentation::body`].
 pub fn document(result: &dyn Presentation) -> Result<Value, Error> {
-    let about = result.provenance();
+    let provenance = result.provenance();
     let mut document = Map::new();
-    document.insert("geardyn".into(), about.header());
-    if !about.title.is_empty() {
-        document.insert("title".into(), about.title.into());
+    document.insert("geardyn".into(), provenance.header());
+    if !provenance.title.is_empty() {
+        document.insert("title".into(), provenance.title.into());
     }
     if let Value::Object(body) = result.body()? {
         document.extend(body);
     }
-    if !about.effort.is_null() {
-        document.insert("effort".into(), about.effort);
+    if !provenance.effort.is_null() {
+        document.insert("effort".into(), provenance.effort);
     }
-    if !about.stages.is_empty() {
-        document.insert("stages".into(), stages(steps(about.stages)));
+    if !provenance.stages.is_empty() {
+        document.insert("stages".into(), stages(steps(provenance.stages)));
     }
-    if let Some(done) = about.repairs {
-        document.insert("repairs".into(), repairs(done));
+    if let Some(list) = provenance.repairs {
+        document.insert("repairs".into(), repairs(list));
     }
-    document.insert("warnings".into(), warnings(about.warnings));
+    document.insert("warnings".into(), warnings(provenance.warnings));
     Ok(Value::Object(document))
 }

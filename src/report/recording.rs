@@ -107,7 +107,7 @@ pub fn repairs(list: &[Repair]) -> Value {
 pub fn survey_note(survey: &ChannelStatistics) -> String {
     let mut notes = Vec::new();
     if survey.empty {
-        return "no number at all".to_string();
+        return "no numbers".to_string();
     }
     if survey.constant {
         notes.push("constant".to_string());

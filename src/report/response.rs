@@ -14,7 +14,7 @@ use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 use crate::plan::response::run::{ResponseCurve, ResponseResult};
 use crate::response::frf::{ResponseMethod, SolverKind};
 
@@ -91,7 +91,7 @@ impl Presentation for StudyReport<'_, ResponseResult> {
         let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
         match plotted_pairs(result).next() {
             Some(first) if shown < all => format!(
-                "drawn: the {} in {}, of {all}; those in other units are drawn when requested alone\n",
+                "drawn: the {} in {}, of {all}; request those in other units separately\n",
                 pluralise(shown, "response"),
                 first.unit
             ),
@@ -124,16 +124,16 @@ fn method_text(result: &ResponseResult) -> String {
     if summed || result.choice.method == ResponseMethod::Direct {
         text += &format!(": {}", result.choice.reason);
     } else if result.stats.rejected_error.is_none() {
-        text += ": its modes do not come apart (damping at what has no inertia, loss factors that differ), so there is no sum over them";
+        text += ": its modes are coupled (damping without inertia, different loss factors), so they cannot be summed";
     }
     if let Some(error) = result.stats.error {
         text += &format!(
-            "; at {} lines solved directly it is off by {error:.1e} at most",
+            "; at {} lines solved directly its error is at most {error:.1e}",
             result.stats.checked
         );
     }
     if let Some(off) = result.stats.rejected_error {
-        text += &format!("; the sum over modes was off by {off:.1e} and given up");
+        text += &format!("; the sum over modes had an error of {off:.1e} and was discarded");
     }
     text
 }
@@ -176,11 +176,11 @@ fn plotted_pairs(result: &ResponseResult) -> impl Iterator<Item = &ResponseCurve
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
 fn bode_plot(title: &str, result: &ResponseResult) -> BodePlot {
     let curve = |pair: &ResponseCurve| BodeCurve {
-        traced: Vec::new(),
+        fit_path: Vec::new(),
         label: format!("{} by {}", pair.output, pair.input),
         unit: pair.unit.clone(),
         measured: pair.plotted.clone(),
-        computed: true,
+        is_computed: true,
         ..BodeCurve::default()
     };
     let mut modes: Vec<f64> = plotted_pairs(result)
@@ -192,8 +192,8 @@ fn bode_plot(title: &str, result: &ResponseResult) -> BodePlot {
     modes.dedup_by(|a, b| (*a - *b).abs() < 2e-3 * *a);
     BodePlot {
         title: title.to_string(),
-        across: "",
-        frequency_hz: result.drawn_hz.clone(),
+        abscissa_label: "",
+        frequency_hz: result.plot_frequency_hz.clone(),
         curves: plotted_pairs(result).map(curve).collect(),
         modes_hz: modes,
     }
@@ -204,9 +204,9 @@ const MAX_ROWS: usize = 20;
 
 fn peak_table(machine: &Machine, pair: &ResponseCurve) -> String {
     let mut shown: Vec<_> = pair.peaks.iter().collect();
-    sort_falling(&mut shown, |a| a.peak.height);
+    sort_descending(&mut shown, |a| a.peak.height);
     shown.truncate(MAX_ROWS);
-    sort_rising(&mut shown, |a| a.peak.omega);
+    sort_ascending(&mut shown, |a| a.peak.omega);
     let mut table = Table::new("frequency [Hz]")
         .column("magnitude", &pair.unit)
         .columns("amplification [of static]|damping [%]|dominant element");

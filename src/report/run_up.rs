@@ -16,7 +16,7 @@ use super::svg::{LineStyle, truncate_label};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::response::run_up::RunUpResult;
 use crate::response::excitation::OrderExcitation;
 
@@ -43,12 +43,12 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         };
         Ok(json!({
             "node": result.node,
-            "assumed_amplitude_m": result.assumed,
+            "assumed_amplitude_m": result.assumed_amplitude,
             "fixed_dofs": result.fixed_dofs,
             "speed_rpm": result.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
             "excitations": result.excitations.iter().map(|e| json!({
                 "order": e.fraction, "value": e.order, "source": e.source,
-                "amplitude": (e.declared || result.assumed.is_some()).then_some(e.amplitude), "declared": e.declared,
+                "amplitude": (e.declared || result.assumed_amplitude.is_some()).then_some(e.amplitude), "declared": e.declared,
                 "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
             "outputs": result.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
@@ -68,12 +68,12 @@ impl Presentation for StudyReport<'_, RunUpResult> {
             .first()
             .map_or(("", ""), |(n, u)| (n.as_str(), *u));
         let mut text = driver(result);
-        text += &match result.assumed {
+        text += &match result.assumed_amplitude {
         Some(size) => format!(
             "no error is declared: every order has an assumed amplitude of {} µm, and responses are proportional to it\n",
             four_digits(1e6 * size)
         ),
-        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is given\n".to_string(),
+        None => "orders have the amplitudes of the declared errors; without one only the critical speed is given\n".to_string(),
     };
         for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
             let (factor, unit) = choose_unit(total, unit);
@@ -84,7 +84,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
             );
         }
         if result.critical.is_empty() {
-            return text + "no order meets a natural frequency with a response in this range\n";
+            return text + "no order crosses a natural frequency with a response in this range\n";
         }
         let largest = result
             .critical
@@ -290,7 +290,7 @@ fn strongest_excitations(result: &RunUpResult) -> Vec<(usize, &OrderExcitation)>
         column.map_or(0.0, |c| c.iter().copied().fold(0.0, f64::max))
     };
     let mut strongest: Vec<(usize, &OrderExcitation)> = sized_excitations(result).collect();
-    sort_falling(&mut strongest, |a| peak(a.0));
+    sort_descending(&mut strongest, |a| peak(a.0));
     strongest
 }
 
@@ -384,11 +384,11 @@ const MAX_ROWS: usize = 24;
 fn driver(result: &RunUpResult) -> String {
     match &result.fixed_dofs[..] {
         [] => format!(
-            "run-up of {}: nothing is held; the driver is free and responds to the orders (--hold {} prescribes its angle)\n",
+            "run-up of {}: no angle is prescribed; the driver is free and responds to the orders (--hold {} prescribes its angle)\n",
             result.node, result.node
         ),
         held => format!(
-            "run-up of {}: {} held, answering nothing\n",
+            "run-up of {}: {} prescribed\n",
             result.node,
             match held {
                 [one] => format!("{one} is"),

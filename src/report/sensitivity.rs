@@ -1,4 +1,4 @@
-//! Sensitivity of a motion to its start, in the document and as text.
+//! Sensitivity of a motion to initial conditions, as JSON and as text.
 
 use serde_json::{Value, json};
 
@@ -11,21 +11,21 @@ use crate::motion::sensitivity::Amplification;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// Adds `sensitivity`, and takes out of `readings` what cannot be predicted.
+/// Adds `sensitivity` to the document and sets the `readings` that are not predictable to null.
 pub fn extend(document: &mut Value, setup: &SimulationSetup, sensitivity: Option<&Sensitivity>) {
-    let Some(found) = sensitivity else {
+    let Some(sensitivity) = sensitivity else {
         document["sensitivity"] = Value::Null;
         return;
     };
     let mut outputs = serde_json::Map::new();
-    for (output, digits) in setup.outputs.list.iter().zip(&found.outputs) {
+    for (output, digits) in setup.outputs.list.iter().zip(&sensitivity.outputs) {
         let key = key(output);
-        for (name, error) in errors(digits) {
+        for (name, error) in uncertainties(digits) {
             if error.is_none() && document["readings"][&key].is_object() {
                 document["readings"][&key][name] = Value::Null;
             }
         }
-        let off: serde_json::Map<String, Value> = errors(digits)
+        let uncertainty: serde_json::Map<String, Value> = uncertainties(digits)
             .into_iter()
             .map(|(name, error)| (name.to_string(), json!(error)))
             .collect();
@@ -33,21 +33,21 @@ pub fn extend(document: &mut Value, setup: &SimulationSetup, sensitivity: Option
             key,
             json!({
                 "predictable_until_s": digits.until,
-                "uncertainty": off,
+                "uncertainty": uncertainty,
                 "second_half": digits.second_half.as_ref().map(statistics),
             }),
         );
     }
     document["sensitivity"] = json!({
-        "factor": found.amplification.map(|a| a.factor),
-        "is_lower_bound": found.amplification.is_some_and(|a| a.is_lower_bound), "change": found.change(),
-        "predictable_until_s": found.until(), "not_predictable_s": found.temporary_parting, "all_shown_digits_hold": found.all_shown(),
-        "run_time_s": found.seconds, "outputs": outputs,
+        "factor": sensitivity.amplification.map(|a| a.factor),
+        "is_lower_bound": sensitivity.amplification.is_some_and(|a| a.is_lower_bound), "change": sensitivity.change(),
+        "predictable_until_s": sensitivity.until(), "not_predictable_s": sensitivity.temporary_parting, "all_shown_digits_hold": sensitivity.all_shown(),
+        "run_time_s": sensitivity.seconds, "outputs": outputs,
     });
 }
 
-/// The readings by their keys, each with what it may be off by.
-fn errors(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
+/// Uncertainty of each reading, by its key; `None` if the reading is not predictable.
+fn uncertainties(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
     [
         ("end", d.end),
         ("least", d.min),
@@ -60,17 +60,17 @@ fn errors(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
 }
 
 fn statistics(s: &Statistics) -> Value {
-    let of = |known: &UncertainValue| json!({ "value": known.value, "uncertainty": known.error });
-    let percentiles = s.percentiles.map(|all| {
-        let one = |(share, known): (&f64, &UncertainValue)| {
-            json!({ "below": share, "value": known.value, "uncertainty": known.error })
+    let document = |x: &UncertainValue| json!({ "value": x.value, "uncertainty": x.error });
+    let percentiles = s.percentiles.map(|values| {
+        let entry = |(share, x): (&f64, &UncertainValue)| {
+            json!({ "below": share, "value": x.value, "uncertainty": x.error })
         };
-        PERCENTILES.iter().zip(&all).map(one).collect::<Vec<_>>()
+        PERCENTILES.iter().zip(&values).map(entry).collect::<Vec<_>>()
     });
-    json!({ "mean": of(&s.mean), "rms_about_mean": of(&s.standard_deviation), "percentiles": percentiles })
+    json!({ "mean": document(&s.mean), "rms_about_mean": document(&s.standard_deviation), "percentiles": percentiles })
 }
 
-/// Predictability of the motion, and the statistics valid beyond it; nothing where every digit shown holds.
+/// Predictability of the motion, and the statistics valid beyond it; empty if every digit shown is significant.
 pub fn text(setup: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     if sensitivity.all_shown() {
         return String::new();
@@ -79,12 +79,12 @@ pub fn text(setup: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     let what = match (sensitivity.until(), factor) {
         (Some(until), _) => format!("not predictable beyond t = {}", format_time(until)),
         (None, Some(factor)) if factor < SLIGHT => {
-            "the errors of the method leave the digits shown: request a tighter tolerance or a shorter step".to_string()
+            "the errors of the method limit the digits shown: request a tighter tolerance or a shorter step".to_string()
         }
         (None, _) => match sensitivity.temporary_parting {
-            None => "only digits that hold are shown".to_string(),
+            None => "only significant digits are shown".to_string(),
             Some([from, to]) => format!(
-                "not predictable between t = {} and {}, only digits that hold are shown",
+                "not predictable between t = {} and {}, only significant digits are shown",
                 format_time(from),
                 format_time(to)
             ),
@@ -109,10 +109,10 @@ pub fn text(setup: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     text
 }
 
-/// A motion that amplifies less does not take the digits.
+/// Amplification of initial errors below which digits are lost by the errors of the method.
 const SLIGHT: f64 = 10.0;
 
-/// The amplification in words.
+/// Amplification as text.
 pub fn factor_text(amplification: Option<Amplification>) -> String {
     let size = match amplification {
         Some(a) if a.is_lower_bound => format!("more than ×{:.0e}", 0.5 * a.factor),
@@ -126,16 +126,16 @@ pub fn factor_text(amplification: Option<Amplification>) -> String {
 }
 
 fn cells(s: &Statistics) -> Vec<String> {
-    let cell = |known: &UncertainValue| with_deviation(known.value, known.error);
+    let cell = |x: &UncertainValue| with_deviation(x.value, x.error);
     let percentiles = match &s.percentiles {
-        Some(all) => all.iter().map(cell).collect(),
+        Some(list) => list.iter().map(cell).collect(),
         None => vec!["–".to_string(); PERCENTILES.len()],
     };
-    let own = [&s.mean, &s.standard_deviation].map(cell);
-    own.into_iter().chain(percentiles).collect()
+    let moments = [&s.mean, &s.standard_deviation].map(cell);
+    moments.into_iter().chain(percentiles).collect()
 }
 
-/// Cost and result of the further runs, in a line.
+/// Cost and result of the comparison run, as one line of text.
 pub fn cost(sensitivity: &Sensitivity) -> String {
     const ALL: &str = "all digits shown are significant";
     let found = match (sensitivity.all_shown(), sensitivity.amplification) {
@@ -144,7 +144,7 @@ pub fn cost(sensitivity: &Sensitivity) -> String {
         (_, None) => ALL.to_string(),
     };
     format!(
-        "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",
+        "compared with an initial state perturbed by {:.0e} of the deflections: {found}, {} s\n",
         sensitivity.change(),
         four_digits(sensitivity.seconds)
     )

@@ -93,7 +93,7 @@ impl Presentation for SimulationReport<'_> {
     fn notes(&self) -> String {
         let mut notes = step_lines(steps(&self.result.plan));
         if self.result.history.time.is_empty() {
-            notes += "left out plots over time: the study keeps no history\n";
+            notes += "left out plots over time: the study has no history\n";
         }
         notes += &cost(&self.result.history);
         if let Some(sensitivity) = &self.result.sensitivity {
@@ -107,7 +107,7 @@ impl Presentation for SimulationReport<'_> {
 
     fn interruption(&self) -> Option<String> {
         let end = format_time(self.result.history.end_time);
-        let text = format!("interrupted at t = {end}: what is shown ends there\n");
+        let text = format!("interrupted at t = {end}: results end there\n");
         self.result.history.interrupted.then_some(text)
     }
 }

@@ -136,13 +136,13 @@ pub fn cost(history: &MotionResult) -> String {
 pub fn energy_balance(balance: &EnergyBalance) -> String {
     if let Some(share) = balance.stopped_at {
         return format!(
-            "energy balance: not computed, the powers change so fast that {} evaluations covered {} % of the time\n",
+            "energy balance: not computed, {} evaluations of the rapidly varying powers covered {} % of the time\n",
             balance.evaluations,
             four_digits(100.0 * share),
         );
     }
     format!(
-        "energy: stored {} J, put in {} J, lost {} J, stored at the end {} J; it closes to {}, known to {}\n",
+        "energy: stored {} J, input {} J, dissipated {} J, stored at the end {} J; balance error {} ± {}\n",
         four_digits(balance.before),
         four_digits(balance.work_in),
         four_digits(balance.dissipated),

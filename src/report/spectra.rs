@@ -1,4 +1,4 @@
-//! Spectra of a log: document, table over frequency, curves and maps.
+//! Report of the spectra of a log: JSON document, table over the abscissa, curves and spectrogram maps.
 
 use serde_json::{Value, json};
 
@@ -10,13 +10,13 @@ use super::presentation::{LogReport, Presentation, Provenance};
 use super::spectrum_table::{self, decibels};
 use super::table::{Table, exact};
 use crate::base::error::Error;
-use crate::numeric::sorting::{rising_order, sort_falling};
+use crate::numeric::sorting::{ascending_order, sort_descending};
 use crate::plan::logs::order_cuts::rpm;
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumKind, SpectrumResult,
 };
 
-/// The word for a kind of spectrum.
+/// JSON name of a spectrum kind.
 pub fn kind(kind: SpectrumKind) -> &'static str {
     match kind {
         SpectrumKind::Density => "psd",
@@ -31,9 +31,9 @@ pub fn kind(kind: SpectrumKind) -> &'static str {
     }
 }
 
-/// The key of the places.
-fn key(across: AbscissaKind) -> &'static str {
-    match across {
+/// JSON key of the abscissa.
+fn key(abscissa: AbscissaKind) -> &'static str {
+    match abscissa {
         AbscissaKind::Frequency => "frequency_hz",
         AbscissaKind::Order => "order",
         AbscissaKind::Quefrency => "quefrency_s",
@@ -47,22 +47,22 @@ impl Presentation for LogReport<SpectrumResult> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        let found = &self.result;
-        let place = key(found.abscissa_kind);
-        let channels: Vec<Value> = found
+        let result = &self.result;
+        let abscissa_key = key(result.abscissa_kind);
+        let channels: Vec<Value> = result
             .channel_spectra
             .iter()
-            .map(|c| channel(c, place))
+            .map(|c| channel(c, abscissa_key))
             .collect();
         let mut document = json!({
-            "kind": kind(found.kind),
-            "method_text": found.method_text,
-            "averages": found.averages,
-            "resolution": found.abscissa_step,
-            "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
+            "kind": kind(result.kind),
+            "method_text": result.method_text,
+            "averages": result.averages,
+            "resolution": result.abscissa_step,
+            "interval": result.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
             "channels": channels,
         });
-        document[place] = json!(found.abscissa);
+        document[abscissa_key] = json!(result.abscissa);
         Ok(document)
     }
 
@@ -71,37 +71,37 @@ impl Presentation for LogReport<SpectrumResult> {
     }
 
     fn table(&self) -> Table<'_> {
-        let found = &self.result;
-        let curves = &found.channel_spectra;
+        let result = &self.result;
+        let curves = &result.channel_spectra;
         let rows = curves
             .iter()
             .map(|c| c.spectrogram_rows.len())
             .min()
             .unwrap_or(0);
-        let place = key(found.abscissa_kind);
+        let axis = key(result.abscissa_kind);
         if curves.iter().all(|c| c.spectrogram_rows.is_empty()) {
-            let places = Table::default().numbers(place, "", &found.abscissa, exact);
-            return curves.iter().fold(places, |table, c| {
+            let table = Table::default().numbers(axis, "", &result.abscissa, exact);
+            return curves.iter().fold(table, |table, c| {
                 table.numbers(&c.channel, &c.unit, &c.value, exact)
             });
         }
-        let lines = found.abscissa.len();
-        // A value of every row, for each of its lines.
-        let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let lines = result.abscissa.len();
+        // Repeats the value of each row for all its frequency lines.
+        let repeated = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..rows)
-                .flat_map(|r| std::iter::repeat_n(of(r), lines))
+                .flat_map(|r| std::iter::repeat_n(value(r), lines))
                 .collect()
         };
         let mut table = Table::default();
         if let Some(first) = curves.first() {
-            let times = each(&|r| first.spectrogram_rows[r].time_s);
+            let times = repeated(&|r| first.spectrogram_rows[r].time_s);
             table = table.numbers("time_s", "", times, exact);
             if !first.speed.is_empty() {
-                let speeds = each(&|r| first.speed.get(r).map_or(f64::NAN, |&s| rpm(s)));
+                let speeds = repeated(&|r| first.speed.get(r).map_or(f64::NAN, |&s| rpm(s)));
                 table = table.numbers("speed_rpm", "", speeds, exact);
             }
         }
-        let table = table.numbers(place, "", found.abscissa.repeat(rows), exact);
+        let table = table.numbers(axis, "", result.abscissa.repeat(rows), exact);
         curves.iter().fold(table, |table, c| {
             let densities = c.spectrogram_rows[..rows]
                 .iter()
@@ -124,29 +124,29 @@ impl Presentation for LogReport<SpectrumResult> {
     }
 }
 
-fn channel(curve: &ChannelSpectrum, place: &str) -> Value {
-    let mut all = json!({
+fn channel(curve: &ChannelSpectrum, axis: &str) -> Value {
+    let mut object = json!({
         "channel": curve.channel,
         "unit": curve.unit,
         "value": curve.value,
-        "peaks": curve.peaks.iter().map(|l| peak(l, curve, place)).collect::<Vec<_>>(),
+        "peaks": curve.peaks.iter().map(|l| peak(l, curve, axis)).collect::<Vec<_>>(),
     });
     if !curve.spectrogram_rows.is_empty() {
-        all["rows"] = curve
+        object["rows"] = curve
             .spectrogram_rows
             .iter()
             .enumerate()
-            .map(|(at, row)| {
-                let speed_rpm = curve.speed.get(at).map(|&s| rpm(s));
+            .map(|(index, row)| {
+                let speed_rpm = curve.speed.get(index).map(|&s| rpm(s));
                 json!({ "time_s": row.time_s, "speed_rpm": speed_rpm, "value": row.density })
             })
             .collect();
     }
-    all
+    object
 }
 
-fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
-    let mut all = json!({
+fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, axis: &str) -> Value {
+    let mut object = json!({
         "value": line.value,
         "amplitude": line.amplitude,
         "amplitude_unit": curve.amplitude_unit,
@@ -154,14 +154,14 @@ fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
         "significant": line.significant,
         "names": line.names,
     });
-    all[place] = json!(line.position);
-    all
+    object[axis] = json!(line.position);
+    object
 }
 
-/// Spectrograms as maps, one for each channel; none of other spectra.
-fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
+/// Spectrogram maps, one per channel; empty for other kinds of spectrum.
+fn level_maps(result: &SpectrumResult) -> Vec<Plot> {
     let with_rows = |c: &&ChannelSpectrum| !c.spectrogram_rows.is_empty();
-    let curves: Vec<&ChannelSpectrum> = found.channel_spectra.iter().filter(with_rows).collect();
+    let curves: Vec<&ChannelSpectrum> = result.channel_spectra.iter().filter(with_rows).collect();
     let height = if curves.len() == 1 {
         PLOT_HEIGHT
     } else {
@@ -169,7 +169,7 @@ fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
     };
     let map = |curve: &ChannelSpectrum| {
         let rows = &curve.spectrogram_rows;
-        let (across, times, rows) = match curve.speed.is_empty() {
+        let (label, abscissa, rows) = match curve.speed.is_empty() {
             true => (
                 "time, s",
                 rows.iter().map(|row| row.time_s).collect(),
@@ -177,26 +177,26 @@ fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
             ),
             false => over_speed(curve),
         };
-        let decibel = |row: Vec<f64>| row.into_iter().map(decibels).collect();
+        let levels = |row: Vec<f64>| row.into_iter().map(decibels).collect();
         Plot {
             height,
             heading: curve.channel.clone(),
             map: Some(LevelMap {
                 label: format!("dB re 1 {}", curve.unit),
-                x: times,
-                y: found.abscissa.clone(),
-                columns: rows.into_iter().map(decibel).collect(),
+                x: abscissa,
+                y: result.abscissa.clone(),
+                columns: rows.into_iter().map(levels).collect(),
                 sparse: false,
             }),
-            ..Plot::new(Axis::linear(across), Axis::linear("frequency, Hz"))
+            ..Plot::new(Axis::linear(label), Axis::linear("frequency, Hz"))
         }
     };
     curves.into_iter().map(map).collect()
 }
 
-/// Speed of the tacho over time, where the maps are over speed.
-fn speed_plot(found: &SpectrumResult) -> Option<Plot> {
-    let curve = (found.channel_spectra.iter()).find(|c| !c.speed.is_empty())?;
+/// Plot of the tacho speed over time; `None` for maps over time.
+fn speed_plot(result: &SpectrumResult) -> Option<Plot> {
+    let curve = (result.channel_spectra.iter()).find(|c| !c.speed.is_empty())?;
     let times = curve.spectrogram_rows.iter().map(|row| row.time_s);
     let speeds = curve.speed.iter().map(|&s| rpm(s));
     let line = Curve::line("", Ink::Series(0), times.collect(), speeds.collect());
@@ -208,89 +208,89 @@ fn speed_plot(found: &SpectrumResult) -> Option<Plot> {
     })
 }
 
-/// Columns of a map over speed, at most.
-const SPEEDS: usize = 250;
+/// Largest number of columns of a map over speed.
+const MAX_COLUMNS: usize = 250;
 
-/// Largest distance of a row from a column of a map over speed that it fills, columns: speeds between pulses of a tacho scatter.
-const NEAR_COLUMNS: f64 = 3.0;
+/// Largest distance, in columns, from which a column of a map over speed takes its row; tacho speeds scatter.
+const MAX_DISTANCE: f64 = 3.0;
 
-/// Rows of equal speed averaged, by rising speed in rpm.
+/// Averages spectrogram rows of equal speed; columns by rising speed, rpm.
 fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>) {
-    let ends =
+    let range =
         (curve.speed.iter()).fold((f64::INFINITY, 0.0f64), |(l, h), &s| (l.min(s), h.max(s)));
-    let bins = SPEEDS.min(curve.spectrogram_rows.len()).max(1);
-    let width = (ends.1 - ends.0) / bins as f64;
-    let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
-    let order = rising_order(curve.speed.iter().copied());
+    let bins = MAX_COLUMNS.min(curve.spectrogram_rows.len()).max(1);
+    let width = (range.1 - range.0) / bins as f64;
+    let bin = |speed: f64| ((speed - range.0) / width.max(f64::MIN_POSITIVE)) as usize;
+    let order = ascending_order(curve.speed.iter().copied());
     let mut means: Vec<(f64, Vec<f64>)> = Vec::new();
     for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
-        let share = 1.0 / group.len() as f64;
-        let speed = group.iter().map(|&at| share * curve.speed[at]).sum();
+        let weight = 1.0 / group.len() as f64;
+        let speed = group.iter().map(|&row| weight * curve.speed[row]).sum();
         let mut mean = vec![0.0; curve.spectrogram_rows[group[0]].density.len()];
-        for &at in group {
-            let both = mean.iter_mut().zip(&curve.spectrogram_rows[at].density);
-            both.for_each(|(m, d)| *m += share * d);
+        for &row in group {
+            let terms = mean.iter_mut().zip(&curve.spectrogram_rows[row].density);
+            terms.for_each(|(m, d)| *m += weight * d);
         }
         means.push((speed, mean));
     }
-    // Columns are even; one that no row fell into shows its neighbour, a gap of several stays.
+    // An empty column takes its nearest neighbour; wider gaps remain.
     let column = |k: usize| {
-        let middle = ends.0 + (k as f64 + 0.5) * width;
-        let off = |mean: &(f64, Vec<f64>)| (mean.0 - middle).abs();
-        let nearest = means.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        (off(nearest) <= NEAR_COLUMNS * width).then(|| (rpm(middle), nearest.1.clone()))
+        let centre = range.0 + (k as f64 + 0.5) * width;
+        let dist = |mean: &(f64, Vec<f64>)| (mean.0 - centre).abs();
+        let nearest = means.iter().min_by(|a, b| dist(a).total_cmp(&dist(b)))?;
+        (dist(nearest) <= MAX_DISTANCE * width).then(|| (rpm(centre), nearest.1.clone()))
     };
     let (speeds, rows) = (0..bins).filter_map(column).unzip();
     ("speed, rpm", speeds, rows)
 }
 
-/// Labels of one plot at most, the strongest lines first.
-const LABELS: usize = 12;
+/// Largest number of labelled lines in one plot.
+const MAX_LABELS: usize = 12;
 
-/// The spectra as curves, the strongest lines labelled.
-fn spectrum_plot(found: &SpectrumResult) -> Plot {
-    let (across, unit) = found.abscissa_kind.label();
+/// Plot of the spectra as curves with the strongest lines labelled.
+fn spectrum_plot(result: &SpectrumResult) -> Plot {
+    let (name, unit) = result.abscissa_kind.label();
     let unit_of = |unit: &str| match unit {
         "" => String::new(),
         unit => format!(", {unit}"),
     };
-    let spectra = &found.channel_spectra;
+    let spectra = &result.channel_spectra;
     let unit_of_values = unit_of(spectra.first().map_or("", |c| &c.unit));
-    let up = match found.kind {
+    let label = match result.kind {
         SpectrumKind::Order | SpectrumKind::SynchronousAverage => {
             format!("amplitude{unit_of_values}")
         }
-        kind_of => format!("{}{unit_of_values}", kind(kind_of)),
+        other => format!("{}{unit_of_values}", kind(other)),
     };
     let mut strongest: Vec<&LabelledPeak> = spectra.iter().flat_map(|c| &c.peaks).collect();
-    sort_falling(&mut strongest, |a| a.amplitude);
-    strongest.truncate(LABELS);
+    sort_descending(&mut strongest, |a| a.amplitude);
+    strongest.truncate(MAX_LABELS);
     let text = |line: &LabelledPeak| match line.names.first() {
         Some(name) => format!("{} {name}", four_digits(line.position)),
         None => four_digits(line.position),
     };
-    // What lies at the shortest quefrencies, the level of the spectrum, would hide the rest.
-    let lowest = found.quefrency_range_s.map_or(f64::NEG_INFINITY, |s| s.0);
-    let from = found.abscissa.partition_point(|p| *p < lowest);
+    // The shortest quefrencies, the mean level of the spectrum, would dominate the ordinate.
+    let lowest = result.quefrency_range_s.map_or(f64::NEG_INFINITY, |s| s.0);
+    let from = result.abscissa.partition_point(|p| *p < lowest);
     let curve = |(k, c): (usize, &ChannelSpectrum)| {
-        let (x, y) = (found.abscissa[from..].to_vec(), c.value[from..].to_vec());
+        let (x, y) = (result.abscissa[from..].to_vec(), c.value[from..].to_vec());
         Curve::line(&c.channel, Ink::Series(k), x, y)
     };
-    let label = |line: &LabelledPeak| PointLabel {
+    let peak_label = |line: &LabelledPeak| PointLabel {
         x: line.position,
         y: line.value,
         text: text(line),
     };
-    let y = match found.kind {
-        SpectrumKind::Density | SpectrumKind::Multitaper => Axis::log(up),
+    let y = match result.kind {
+        SpectrumKind::Density | SpectrumKind::Multitaper => Axis::log(label),
         _ => Axis::of_magnitudes(
-            up,
+            label,
             spectra.iter().flat_map(|c| c.value[from..].iter().copied()),
         ),
     };
     Plot {
         curves: spectra.iter().enumerate().map(curve).collect(),
-        labels: strongest.into_iter().map(label).collect(),
-        ..Plot::new(Axis::linear(format!("{across}{}", unit_of(unit))), y)
+        labels: strongest.into_iter().map(peak_label).collect(),
+        ..Plot::new(Axis::linear(format!("{name}{}", unit_of(unit))), y)
     }
 }

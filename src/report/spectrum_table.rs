@@ -24,7 +24,7 @@ pub fn text(found: &SpectrumResult) -> String {
         && found.channel_spectra.iter().any(|c| !c.peaks.is_empty())
     {
         text += &format!(
-            "\nan order may be off by a line, {}\n",
+            "\nuncertainty of an order: one line, {}\n",
             four_digits(found.abscissa_step)
         );
     }
@@ -87,8 +87,8 @@ fn lines(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
         let mut name = line.names.join(" or ");
         if !line.significant {
             name = match name.is_empty() {
-                true => "not clear of the noise".to_string(),
-                false => format!("{name}, not clear of the noise"),
+                true => "not significant".to_string(),
+                false => format!("{name}, not significant"),
             };
         }
         let position = match found.abscissa_kind {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use serde_json::{Value, json};
 
 use super::figure::Figure;
-use super::presentation::{ENDED_EARLY, Presentation, Provenance};
+use super::presentation::{INTERRUPTED_TEXT, Presentation, Provenance};
 use super::stability_chart::draw_stability_chart;
 use super::stability_regions::stability_regions;
 use super::stability_table::{self, StabilityResult, count_verdicts};
@@ -130,7 +130,9 @@ impl Presentation for StabilityReport<'_> {
     }
 
     fn interruption(&self) -> Option<String> {
-        self.result.interrupted.then(|| ENDED_EARLY.to_string())
+        self.result
+            .interrupted
+            .then(|| INTERRUPTED_TEXT.to_string())
     }
 
     fn exit_code(&self) -> u8 {

@@ -41,7 +41,7 @@ pub fn text(found: &StabilityResult) -> String {
     let facts = &found.linear;
     let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
     let mut text = match facts.eigenvalues.is_empty() {
-        true => "nothing oscillates or decays: any step is stable\n".to_string(),
+        true => "no oscillating or decaying mode: any step is stable\n".to_string(),
         false => format!(
             "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
             four_digits(facts.stiffness_ratio),
@@ -52,7 +52,7 @@ pub fn text(found: &StabilityResult) -> String {
     };
     if let Some(speed) = facts.speed {
         text += &format!(
-            "gyroscopic, centripetal and circulatory terms of {} rpm are counted\n",
+            "gyroscopic, centripetal and circulatory terms of {} rpm are included\n",
             four_digits(speed * 60.0 / TAU)
         );
     }
@@ -68,7 +68,7 @@ pub fn text(found: &StabilityResult) -> String {
     }
     text += &amplification_table(found);
     text += &match &found.floquet {
-        Err(why) => format!("parametric stability left out: {why}\n"),
+        Err(why) => format!("parametric stability not computed: {why}\n"),
         Ok(p) => {
             let state = match p.is_stable() {
                 true => "stable".to_string(),
@@ -95,7 +95,7 @@ pub fn text(found: &StabilityResult) -> String {
     }
     if !names.is_empty() {
         text += &format!(
-            "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is the energy-balance error relative to the largest term; up to 1e-3 passes, its uncertainty included\n{}",
+            "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the number is the energy-balance error relative to the largest term (limit 1e-3, with its uncertainty)\n{}",
             rounded((BASELINE_FACTOR * found.budget) as f64),
             rounded(found.budget as f64),
             table.text()
@@ -171,7 +171,7 @@ fn amplification_table(found: &StabilityResult) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let mut table = Table::named("|step below|fastest ×|slowest ×|damping added to it");
+    let mut table = Table::named("|step below|fastest ×|slowest ×|numerical damping");
     for a in all {
         table.row([
             a.method.to_string(),

@@ -24,8 +24,8 @@ pub fn state_space_json(space: &StateSpace, parts: &[ModalParticipation]) -> Val
                 "controllability": p.controllability,
                 "observability": p.observability,
                 "multiplicity": p.multiplicity,
-                "reachable": p.reachable,
-                "visible": p.visible,
+                "reachable": p.controllable,
+                "visible": p.observable,
             })
         })
         .collect();
@@ -55,9 +55,9 @@ pub fn advice_json(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64
     let entry = |left: &CondensableCoordinate| json!({ "dof": machine.dof_name(left.dof), "own_hz": finite(left.fixed_frequency_hz) });
     json!({
         "f_max_hz": f_max_hz,
-        "leave_out": advice.leave_out.iter().map(entry).collect::<Vec<_>>(),
-        "compared": advice.compared,
-        "worst_change": advice.worst_change,
+        "leave_out": advice.coordinates.iter().map(entry).collect::<Vec<_>>(),
+        "compared": advice.n_compared,
+        "worst_change": advice.max_change,
     })
 }
 
@@ -109,11 +109,11 @@ pub fn participation_table(space: &StateSpace, parts: &[ModalParticipation]) -> 
         ),
         None => "continuous\n".to_string(),
     };
-    for p in parts.iter().filter(|p| !p.reachable || !p.visible) {
-        let what = match (p.reachable, p.visible) {
-            (false, false) => "neither reached by the inputs nor seen in the outputs",
-            (false, true) => "not reached by the inputs",
-            _ => "not seen in the outputs",
+    for p in parts.iter().filter(|p| !p.controllable || !p.observable) {
+        let what = match (p.controllable, p.observable) {
+            (false, false) => "neither controllable nor observable",
+            (false, true) => "not controllable",
+            _ => "not observable",
         };
         let at = match swings(p) {
             true => format!("{:.4} Hz", size(p.eigenvalue) / TURN),
@@ -151,31 +151,31 @@ pub fn reduction_table(found: &ReductionResult) -> String {
 
 /// Possible condensation, and its error.
 pub fn advice_table(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64) -> String {
-    if advice.leave_out.is_empty() {
+    if advice.coordinates.is_empty() {
         return format!(
-            "\nnothing could be left out of the {} frequencies up to {f_max_hz} Hz\n",
-            advice.compared
+            "\nno degree of freedom can be condensed for the {} frequencies up to {f_max_hz} Hz\n",
+            advice.n_compared
         );
     }
     let own = column(
         &advice
-            .leave_out
+            .coordinates
             .iter()
             .map(|left| left.fixed_frequency_hz)
             .collect::<Vec<_>>(),
     );
-    let mut table = Table::numeric("dof|alone at [Hz]");
-    for (left, own) in advice.leave_out.iter().zip(own) {
+    let mut table = Table::numeric("dof|local frequency [Hz]");
+    for (left, own) in advice.coordinates.iter().zip(own) {
         table.row([machine.dof_name(left.dof), own]);
     }
     let mut text = format!(
-        "\ncould follow statically: {} degrees of freedom; none is removed by default\n",
+        "\ncould be condensed statically: {} degrees of freedom; none is by default\n",
         table.row_count()
     );
     text += &table.text();
     text + &format!(
         "without them the {} frequencies up to {f_max_hz} Hz change by {:.1e} at most\n",
-        advice.compared, advice.worst_change
+        advice.n_compared, advice.max_change
     )
 }
 

@@ -6,7 +6,7 @@ use plotters::prelude::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
-use crate::numeric::sorting::rising_order;
+use crate::numeric::sorting::ascending_order;
 
 /// Colour of a line, fill or text.
 pub type Colour = RGBColor;
@@ -511,7 +511,7 @@ pub fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>, size: f64, min_
 ///
 /// Positions may be unsorted; the first pass shifts them upwards in value, the second back from the end.
 pub fn spread_labels(positions: &[f64], spacing: f64, (low, high): (f64, f64)) -> Vec<f64> {
-    let order = rising_order(positions.iter().copied());
+    let order = ascending_order(positions.iter().copied());
     let room = (high - low) / positions.len().saturating_sub(1).max(1) as f64;
     let spacing = spacing.min(room.max(0.0));
     let mut spread = positions.to_vec();

@@ -1,4 +1,4 @@
-//! Tables of results: columns with name, unit and values, rendered for a terminal and as CSV.
+//! Tables of results: columns with name, unit and values, rendered as terminal text and as CSV.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -7,12 +7,12 @@ use unicode_width::UnicodeWidthStr;
 
 use super::number_format::with_minus_signs;
 
-/// A table by columns. A terminal shows names and units in rows of their own, CSV as `name [unit]`.
+/// A table of columns. Terminal text has separate rows for names and units, CSV has heads `name [unit]`.
 #[derive(Debug, Clone, Default)]
 pub struct Table<'a> {
     columns: Vec<Column<'a>>,
-    words: Words,
-    more_words: &'static [usize],
+    words: WordColumns,
+    extra_word_columns: &'static [usize],
 }
 
 #[derive(Debug, Clone)]
@@ -28,12 +28,12 @@ enum Cells<'a> {
     Numbers(Cow<'a, [f64]>, NumberText),
 }
 
-/// The text of a number in CSV, with all its digits.
+/// Function that formats a number with all its digits.
 pub type NumberText = fn(f64) -> String;
 
-/// Columns of words, aligned left; numbers are aligned right.
+/// Selection of the columns of words, which are aligned left; numbers are aligned right.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-enum Words {
+enum WordColumns {
     #[default]
     Last,
     First,
@@ -42,27 +42,27 @@ enum Words {
 }
 
 impl<'a> Table<'a> {
-    /// Columns `name [unit]|name|…` of numbers, with words in the last.
+    /// Table with columns `name [unit]|name|…`: words in the last, numbers in the others.
     pub fn new(columns: &str) -> Table<'a> {
         Table::default().columns(columns)
     }
 
-    /// Words in the first column, numbers in the others.
+    /// Table with words in the first column and numbers in the others.
     pub fn named(columns: &str) -> Table<'a> {
-        Table::of(Words::First, columns)
+        Table::with_words(WordColumns::First, columns)
     }
 
-    /// Words in all columns.
+    /// Table with words in all columns.
     pub fn texts(columns: &str) -> Table<'a> {
-        Table::of(Words::All, columns)
+        Table::with_words(WordColumns::All, columns)
     }
 
-    /// Numbers in all columns.
+    /// Table with numbers in all columns.
     pub fn numeric(columns: &str) -> Table<'a> {
-        Table::of(Words::None, columns)
+        Table::with_words(WordColumns::None, columns)
     }
 
-    fn of(words: Words, columns: &str) -> Table<'a> {
+    fn with_words(words: WordColumns, columns: &str) -> Table<'a> {
         let table = Table {
             words,
             ..Table::default()
@@ -70,13 +70,13 @@ impl<'a> Table<'a> {
         table.columns(columns)
     }
 
-    /// Further columns of words.
+    /// Marks further columns, by index, as columns of words.
     pub fn words(mut self, columns: &'static [usize]) -> Table<'a> {
-        self.more_words = columns;
+        self.extra_word_columns = columns;
         self
     }
 
-    /// More columns, `name [unit]|name|…`.
+    /// Adds columns `name [unit]|name|…`.
     pub fn columns(self, columns: &str) -> Table<'a> {
         columns.split('|').fold(self, |table, head| {
             let unit = head.strip_suffix(']').and_then(|head| head.split_once('['));
@@ -85,7 +85,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// More columns on a condition.
+    /// Adds columns if `shown`.
     pub fn columns_if(self, shown: bool, columns: &str) -> Table<'a> {
         match shown {
             true => self.columns(columns),
@@ -93,13 +93,13 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// One more column; its name may hold anything.
+    /// Adds a column; its name may contain any character.
     pub fn column(mut self, name: &str, unit: &str) -> Table<'a> {
         self.push(name, unit, Cells::Text(Vec::new()));
         self
     }
 
-    /// One more column with its values; NaN is a blank cell.
+    /// Adds a column with its values; NaN is a blank cell.
     pub fn numbers(
         mut self,
         name: &str,
@@ -116,7 +116,7 @@ impl<'a> Table<'a> {
         self.columns.push(Column { name, unit, cells });
     }
 
-    /// Adds a row of texts, a cell for each column.
+    /// Adds a row of texts, one for each column.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         for (column, cell) in self.columns.iter_mut().zip(cells) {
             if let Cells::Text(texts) = &mut column.cells {
@@ -125,7 +125,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The number of rows.
+    /// Number of rows.
     pub fn row_count(&self) -> usize {
         let rows = |column: &Column| match &column.cells {
             Cells::Text(texts) => texts.len(),
@@ -134,7 +134,7 @@ impl<'a> Table<'a> {
         self.columns.iter().map(rows).max().unwrap_or(0)
     }
 
-    /// The table for a terminal, without blanks at line ends; heads and units only where there are any.
+    /// Text for a terminal, without trailing blanks; rows of names and units are omitted if empty.
     pub fn text(&self) -> String {
         let rows = self.row_count();
         let (last, mut lines) = (self.columns.len().saturating_sub(1), Vec::new());
@@ -142,18 +142,18 @@ impl<'a> Table<'a> {
             let heads = [&column.name, &column.unit].map(|head| Cow::Borrowed(head.as_str()));
             let cells = heads.into_iter().chain((0..rows).map(|k| column.cell(k)));
             let cells: Vec<String> = cells.map(|cell| cell.replace('\n', " ")).collect();
-            // A column without a text is one blank wide between its margins.
+            // An empty column is one blank wide between its margins.
             let width = cells.iter().map(|cell| cell.width()).fold(1, usize::max);
-            let to_the_left = match self.words {
-                Words::Last => at == last,
-                Words::First => at == 0,
-                Words::All => true,
-                Words::None => false,
-            } || self.more_words.contains(&at);
+            let align_left = match self.words {
+                WordColumns::Last => at == last,
+                WordColumns::First => at == 0,
+                WordColumns::All => true,
+                WordColumns::None => false,
+            } || self.extra_word_columns.contains(&at);
             lines.resize(cells.len(), String::new());
             for (line, cell) in lines.iter_mut().zip(cells) {
                 let blanks = " ".repeat(width - cell.width());
-                *line += &match to_the_left {
+                *line += &match align_left {
                     true => format!(" {cell}{blanks} "),
                     false => format!(" {blanks}{cell} "),
                 };
@@ -170,10 +170,10 @@ impl<'a> Table<'a> {
             .collect()
     }
 
-    /// The table as CSV.
+    /// CSV text of the table.
     pub fn csv(&self) -> String {
         let mut bytes = Vec::new();
-        // Memory takes all that is written.
+        // Writing to memory cannot fail.
         let _ = self.write_csv(&mut bytes);
         String::from_utf8(bytes).unwrap_or_default()
     }
@@ -212,7 +212,7 @@ impl Column<'_> {
     }
 }
 
-/// A field in quotes where it needs them (RFC 4180, sec. 2).
+/// Quotes a field that contains a comma, a quote or a line end (RFC 4180, sec. 2).
 fn quote(field: &str) -> Cow<'_, str> {
     match field.contains([',', '"', '\n', '\r']) {
         true => Cow::Owned(format!("\"{}\"", field.replace('"', "\"\""))),
@@ -220,27 +220,27 @@ fn quote(field: &str) -> Cow<'_, str> {
     }
 }
 
-/// The shortest decimal that reads back as the same number: `0.0000001`.
+/// Shortest decimal that parses to the same number: `0.0000001`.
 pub fn decimal(x: f64) -> String {
     format!("{x}")
 }
 
-/// The shortest number that reads back as the same, as a power of ten where that is shorter, whole numbers with a point: `1e-7`, `2.0`.
+/// Shortest text that parses to the same number, with an exponent if that is shorter and a decimal point for integers: `1e-7`, `2.0`.
 pub fn exact(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// The shortest power of ten that reads back as the same: `1e-7`, `2e0`.
+/// Shortest text with an exponent that parses to the same number: `1e-7`, `2e0`.
 pub fn power(x: f64) -> String {
     format!("{x:e}")
 }
 
-/// A value as text, blank where there is none.
+/// Text of a value; blank for `None`.
 pub fn or_blank<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
     value.map_or(String::new(), text)
 }
 
-/// A value as text, a dash where there is none.
+/// Text of a value; a dash for `None`.
 pub fn or_dash<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
     value.map_or("–".to_string(), text)
 }
@@ -254,8 +254,8 @@ mod tests {
         let mut table = Table::new("mode|frequency [Hz]|dominant element");
         table.row(["1", "0.000", "rigid body"]);
         table.row(["2", "-41.8307", "λ, \"shaft\""]);
-        let shown = " mode  frequency  dominant element\n              Hz\n    1      0.000  rigid body\n    2   −41.8307  λ, \"shaft\"\n";
-        assert_eq!(table.text(), shown);
+        let expected = " mode  frequency  dominant element\n              Hz\n    1      0.000  rigid body\n    2   −41.8307  λ, \"shaft\"\n";
+        assert_eq!(table.text(), expected);
         let csv = "mode,frequency [Hz],dominant element\n1,0.000,rigid body\n2,-41.8307,\"λ, \"\"shaft\"\"\"\n";
         assert_eq!(table.csv(), csv);
     }

@@ -60,21 +60,21 @@ pub fn separation_test_text(machine: &Machine, test: &SeparationTest) -> String 
     let degrees = |turns: f64| (360.0 * turns).round();
     match test {
         SeparationTest::Remesh { pair, teeth, shift } => format!(
-            "put {} together {teeth} {} further on: their phases part by {}°",
+            "mesh {} {teeth} {} further on: their phases separate by {}°",
             machine.elements[*pair].name,
             if *teeth == 1 { "tooth" } else { "teeth" },
             degrees(*shift)
         ),
         SeparationTest::Reseat => "turn the gear on its seat".to_string(),
         SeparationTest::Reversal(shift) => format!(
-            "run it backward, on the other flanks: their phases part by {}°",
+            "run it backward, on the other flanks: their phases separate by {}°",
             degrees(*shift)
         ),
         SeparationTest::Torque => {
-            "another torque: what comes from stiffness goes with it".to_string()
+            "change the torque: effects of stiffness change with it".to_string()
         }
         SeparationTest::SpeedOrTester => {
-            "another speed, if the machine passes them on differently; else each alone on a tester"
+            "change the speed, if the transfer functions differ; else measure each alone on a tester"
                 .to_string()
         }
     }

@@ -1,4 +1,4 @@
-//! The drive train as a graph: nodes with their places in a schematic, links between them, planetary stages.
+//! Graph of the drive train: nodes with their positions in a schematic, links, planetary stages.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -10,16 +10,16 @@ use crate::machine::components::Machine;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::{Axis, BranchEnd, Model, Planetary, PlanetaryGeometry};
 
-/// Rotation smaller than this part of the first node's in a rigid-body motion is rounding.
+/// Smallest rotation of a rigid-body motion relative to the first node; smaller ones are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Cells of a planetary stage along both axes.
+/// Width and height of a planetary stage, grid cells.
 const STAGE_CELLS: i64 = 3;
 
-/// Radius of a body in cells, and the largest of a gear.
+/// Radius of a body and largest radius of a gear, grid cells.
 const RADII: (f64, f64) = (0.3, 0.46);
 
-/// The graph of a machine as in documents: `dofs`, `nodes`, `links`, `stages`.
+/// JSON graph of a machine: `dofs`, `nodes`, `links`, `stages`.
 pub fn train(prepared: &PreparedMachine, model: &Model) -> Value {
     let machine = &prepared.machine;
     let links = links(machine);
@@ -28,17 +28,17 @@ pub fn train(prepared: &PreparedMachine, model: &Model) -> Value {
     let places = parts.places(&links);
     let radii = radii(machine, model);
     let ratios = ratios(prepared);
-    let mut of_node = vec![serde_json::Map::new(); machine.nodes.len()];
+    let mut node_dofs = vec![serde_json::Map::new(); machine.nodes.len()];
     for (i, dof) in machine.dofs.iter().enumerate() {
-        of_node[dof.node].insert(dof.axis.name().to_string(), json!(i));
+        node_dofs[dof.node].insert(dof.axis.name().to_string(), json!(i));
     }
     let node = |n: usize| {
-        let dofs = &of_node[n];
+        let dofs = &node_dofs[n];
         let kind = machine.elements[machine.nodes[n].element].kind;
         json!({
             "name": machine.nodes[n].name,
             "kind": kind,
-            "place": places[parts.of_node[n]],
+            "place": places[parts.part_of[n]],
             "radius": radii[n],
             "ratio": ratios.as_ref().map(|r| r[n]),
             "dofs": dofs,
@@ -74,12 +74,12 @@ pub fn train(prepared: &PreparedMachine, model: &Model) -> Value {
     })
 }
 
-/// An element between nodes, or between a node and ground.
+/// Element between nodes, or between a node and ground.
 struct Link {
     element: usize,
     nodes: Vec<usize>,
-    /// Both ends turn alike where it is not strained.
-    along: bool,
+    /// Whether both ends rotate equally in the unstrained state, as on one shaft.
+    coaxial: bool,
 }
 
 impl Link {
@@ -88,10 +88,10 @@ impl Link {
     }
 }
 
-/// Links in the order of the branches, each pair of nodes of an element once; planetary stages have none.
+/// Links in the order of the branches, one per pair of nodes of an element; none for planetary stages.
 fn links(machine: &Machine) -> Vec<Link> {
     let mut links: Vec<Link> = Vec::new();
-    let mut known: HashMap<(usize, Vec<usize>), usize> = HashMap::new();
+    let mut index_of: HashMap<(usize, Vec<usize>), usize> = HashMap::new();
     for branch in &machine.branches {
         if machine.elements[branch.element].kind == "planetary" {
             continue;
@@ -100,18 +100,18 @@ fn links(machine: &Machine) -> Vec<Link> {
         let mut nodes: Vec<usize> = dofs.map(|d| d.node).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let along = match branch.direction.terms[..] {
+        let coaxial = match branch.direction.terms[..] {
             [(_, a), (_, b)] => a == -b,
             _ => false,
         };
-        match known.entry((branch.element, nodes.clone())) {
-            Entry::Occupied(link) => links[*link.get()].along |= along,
+        match index_of.entry((branch.element, nodes.clone())) {
+            Entry::Occupied(link) => links[*link.get()].coaxial |= coaxial,
             Entry::Vacant(place) => {
                 place.insert(links.len());
                 links.push(Link {
                     element: branch.element,
                     nodes,
-                    along,
+                    coaxial,
                 });
             }
         }
@@ -119,15 +119,15 @@ fn links(machine: &Machine) -> Vec<Link> {
     links
 }
 
-/// A planetary stage and its nodes.
+/// Planetary stage with its nodes.
 struct Stage<'a> {
     planetary: &'a Planetary,
-    /// Sun, ring, carrier; a fixed one has no node.
+    /// Nodes of sun, ring and carrier; `None` for a fixed member.
     members: [Option<usize>; 3],
     planets: Vec<usize>,
 }
 
-fn stages<'a>(machine: &Machine, all: &'a [Planetary]) -> Vec<Stage<'a>> {
+fn stages<'a>(machine: &Machine, planetaries: &'a [Planetary]) -> Vec<Stage<'a>> {
     let by_name: HashMap<&str, usize> = (machine.nodes.iter().enumerate())
         .map(|(n, node)| (node.name.as_str(), n))
         .collect();
@@ -146,10 +146,10 @@ fn stages<'a>(machine: &Machine, all: &'a [Planetary]) -> Vec<Stage<'a>> {
                 .collect(),
         }
     };
-    all.iter().map(stage).collect()
+    planetaries.iter().map(stage).collect()
 }
 
-/// Radii of sun, planet, ring and carrier relative to the ring.
+/// Radii of sun, planet, ring and carrier divided by the ring radius.
 fn pitch_radii(size: &PlanetaryGeometry) -> [f64; 4] {
     let [sun, planet, ring] = match *size {
         PlanetaryGeometry::Teeth { teeth, .. } => teeth.map(f64::from),
@@ -158,68 +158,68 @@ fn pitch_radii(size: &PlanetaryGeometry) -> [f64; 4] {
     [sun, planet, ring, sun + planet].map(|r| r / ring)
 }
 
-/// Parts of the schematic: stages first, then nodes outside of stages.
+/// Parts of the schematic: stages first, then nodes outside stages.
 struct Parts {
     sizes: Vec<i64>,
-    of_node: Vec<usize>,
-    /// Parts that have a node in common.
-    joined: Vec<[usize; 2]>,
+    part_of: Vec<usize>,
+    /// Pairs of parts with a common node.
+    shared: Vec<[usize; 2]>,
 }
 
 impl Parts {
     fn new(n_nodes: usize, stages: &[Stage]) -> Parts {
         let mut sizes = vec![STAGE_CELLS; stages.len()];
-        let mut part: Vec<Option<usize>> = vec![None; n_nodes];
-        let mut joined = Vec::new();
+        let mut owner: Vec<Option<usize>> = vec![None; n_nodes];
+        let mut shared = Vec::new();
         for (k, stage) in stages.iter().enumerate() {
-            let all = stage.members.iter().flatten().chain(&stage.planets);
-            for &node in all {
-                match part[node] {
-                    Some(other) => joined.push([other, k]),
-                    None => part[node] = Some(k),
+            let nodes = stage.members.iter().flatten().chain(&stage.planets);
+            for &node in nodes {
+                match owner[node] {
+                    Some(other) => shared.push([other, k]),
+                    None => owner[node] = Some(k),
                 }
             }
         }
-        let mut alone = || {
+        let mut single = || {
             sizes.push(1);
             sizes.len() - 1
         };
-        let of_node = part
+        let part_of = owner
             .into_iter()
-            .map(|p| p.unwrap_or_else(&mut alone))
+            .map(|p| p.unwrap_or_else(&mut single))
             .collect();
         Parts {
             sizes,
-            of_node,
-            joined,
+            part_of,
+            shared,
         }
     }
 
     fn places(&self, links: &[Link]) -> Vec<GridPlace> {
         let mut neighbours: Vec<Neighbours> = vec![Vec::new(); self.sizes.len()];
-        let mut join = |a: usize, b: usize, side: LinkSide| {
+        let mut connect = |a: usize, b: usize, side: LinkSide| {
             if a != b {
                 neighbours[a].push((b, side));
                 neighbours[b].push((a, side));
             }
         };
-        for &[a, b] in &self.joined {
-            join(a, b, LinkSide::Along);
+        for &[a, b] in &self.shared {
+            connect(a, b, LinkSide::Along);
         }
         for link in links {
-            let side = match link.along {
+            let side = match link.coaxial {
                 true => LinkSide::Along,
                 false => LinkSide::Across,
             };
             if let [a, b] = link.nodes[..] {
-                join(self.of_node[a], self.of_node[b], side);
+                connect(self.part_of[a], self.part_of[b], side);
             }
         }
         place_parts(&self.sizes, &neighbours)
     }
 }
 
-/// Radius of each node in cells: gears by their share of the teeth of a pair.
+/// Radius of each node, grid cells; gears by their share of the teeth of a pair.
 fn radii(machine: &Machine, model: &Model) -> Vec<f64> {
     let mut radii = vec![RADII.0; machine.nodes.len()];
     for pair in &model.gear_pairs {
@@ -235,7 +235,7 @@ fn radii(machine: &Machine, model: &Model) -> Vec<f64> {
     radii
 }
 
-/// Turns of each node for one turn of the first, where a single rigid-body motion turns all nodes that turn.
+/// Speed ratio of each node to the first rotating node; `None` unless a single rigid-body motion rotates all rotating nodes.
 pub fn ratios(prepared: &PreparedMachine) -> Option<Vec<f64>> {
     let machine = &prepared.machine;
     let mut dof = vec![None; machine.nodes.len()];
@@ -244,20 +244,20 @@ pub fn ratios(prepared: &PreparedMachine) -> Option<Vec<f64>> {
             dof[d.node] = Some(i);
         }
     }
-    let turns = |q: Vec<f64>| -> Vec<Option<f64>> { dof.iter().map(|d| d.map(|i| q[i])).collect() };
-    let moving = |t: &Vec<Option<f64>>| t.iter().flatten().any(|&x| x != 0.0);
+    let theta = |q: Vec<f64>| -> Vec<Option<f64>> { dof.iter().map(|d| d.map(|i| q[i])).collect() };
+    let rotates = |t: &Vec<Option<f64>>| t.iter().flatten().any(|&x| x != 0.0);
     let motions = prepared.model.rigid.iter();
-    let all = motions
-        .map(|m| turns(prepared.model.expand(m)))
-        .filter(moving);
-    let [turns] = &all.collect::<Vec<_>>()[..] else {
+    let candidates = motions
+        .map(|m| theta(prepared.model.expand(m)))
+        .filter(rotates);
+    let [theta] = &candidates.collect::<Vec<_>>()[..] else {
         return None;
     };
-    let first = turns.iter().flatten().next()?;
-    let all_turn = turns
+    let first = theta.iter().flatten().next()?;
+    let all_rotate = theta
         .iter()
         .flatten()
         .all(|t| t.abs() > ROUNDING * first.abs());
     let ratio = |t: &Option<f64>| t.map_or(1.0, |t| t / first);
-    all_turn.then(|| turns.iter().map(ratio).collect())
+    all_rotate.then(|| theta.iter().map(ratio).collect())
 }

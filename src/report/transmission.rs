@@ -48,7 +48,11 @@ impl Presentation for TransmissionReport<'_> {
     }
 
     fn text(&self) -> String {
-        let works = self.result.works.iter().map(|w| work::text(w, self.all));
+        let works = self
+            .result
+            .workpieces
+            .iter()
+            .map(|w| work::text(w, self.all));
         let table = transmission_table::text(&self.machine.machine, &self.result, self.all);
         table + &works.collect::<String>()
     }
@@ -96,7 +100,7 @@ impl Presentation for TransmissionReport<'_> {
     }
 
     fn views(&self) -> Vec<View> {
-        let works = &self.result.works;
+        let works = &self.result.workpieces;
         let view = (!works.is_empty()).then(|| work_view(works));
         view.into_iter().collect()
     }
@@ -162,13 +166,13 @@ fn body(machine: &Machine, result: &TransmissionResult) -> Value {
         "output_speed_rad_s": result.speed,
         "orders": (0..result.lines.len()).map(|k| order(machine, result, k, unit)).collect::<Vec<_>>(),
         "budget": budget(result, &result.budget, &result.negligible, unit),
-        "budget_at_speed": result.at_speed.as_ref().map(|fast| budget(result, &fast.budget, &fast.negligible, unit)),
+        "budget_at_speed": result.dynamic_budget.as_ref().map(|fast| budget(result, &fast.budget, &fast.negligible, unit)),
         "map": result.map.as_ref().map(|map| json!({
             "speed_rad_s": map.speeds,
             "largest": map.largest.iter().map(|l| unit.object(&[("amplitude", Some(l.1))], json!({ "speed_rad_s": l.0 }))).collect::<Vec<_>>(),
             (format!("amplitude_{}", unit.key)): map.amplitudes.iter().map(|row| row.iter().map(|a| a * unit.times).collect()).collect::<Vec<Vec<f64>>>(),
         })),
-        "works": result.works.iter().map(|w| work::json(w)).collect::<Vec<_>>(),
+        "works": result.workpieces.iter().map(|w| work::json(w)).collect::<Vec<_>>(),
         "record": result.record.as_ref().map(|made| recorded(made, unit)),
     });
     unit.object(&sums, others)
@@ -208,8 +212,8 @@ fn budget(
             "element": name,
             "share": e.share,
             "one_grade_finer": e.one_grade_finer,
-            "without": e.rss_without,
-            "worst_case_without": e.worst_without,
+            "without": e.rss_reduction,
+            "worst_case_without": e.worst_case_reduction,
         })
     };
     let percentile = |&(p, value, error): &(u32, f64, f64)| {
@@ -264,7 +268,7 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
         "share": row.share,
         "dynamic_phase_deg": row.dynamic.and_then(|z| row.phase(machine, z)),
         "frequency_hz": result.speed.map(|speed| row.line.order.to_f64() * speed.abs() / (2.0 * PI)),
-        "mark": result.marks.as_ref().map(|marks| match &marks[k] {
+        "mark": result.indexing_effects.as_ref().map(|marks| match &marks[k] {
             IndexingEffect::Form => json!({ "kind": "form" }),
             IndexingEffect::Pitch { advance, adjacent } => {
                 let kind = json!({ "kind": "pitch", "advance": advance.to_string() });

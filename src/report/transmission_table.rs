@@ -5,7 +5,7 @@ use super::table::{Table, or_dash};
 use super::te_lines::{TeUnit, separation_test_text};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
-use crate::numeric::sorting::{falling_order, sort_falling};
+use crate::numeric::sorting::{falling_order, sort_descending};
 use crate::plan::transmission::result::TransmissionResult;
 use crate::transmission::budget::ErrorBudget;
 use crate::transmission::indexing::IndexingEffect;
@@ -50,7 +50,7 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
         .columns_if(differs, &format!("kinematic [{of}]|loaded [{of}]"))
         .columns_if(at_speed, &format!("at speed [{of}]|frequency [Hz]"))
         .columns_if(result.map.is_some(), &format!("largest [{of}]|at [rpm]"))
-        .columns_if(result.marks.is_some(), "work")
+        .columns_if(result.indexing_effects.is_some(), "work")
         .columns_if(!result.coincidences.is_empty(), "")
         .words(&[1, 2]);
     for &k in &shown {
@@ -84,7 +84,7 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
             cells.push(four_digits(most * unit.times));
             cells.push(four_digits(speed * 30.0 / std::f64::consts::PI));
         }
-        if let Some(marks) = &result.marks {
+        if let Some(marks) = &result.indexing_effects {
             cells.push(match &marks[k] {
                 IndexingEffect::Form => "form".to_string(),
                 IndexingEffect::Pitch { adjacent, .. } => format!(
@@ -106,7 +106,7 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
     let still = result.lines.len() - shown.len();
     if all && still > 0 {
         text += &format!(
-            "{} not shown: both ends move alike, or neither does\n",
+            "{} not shown: both ends move alike, or neither moves\n",
             pluralise(still, "line")
         );
     } else if still > 0 {
@@ -135,11 +135,11 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
     }
     text += match differs {
         true if result.lines.iter().any(|row| row.kinematic.is_none()) => {
-            "kinematic: with rigid joints; –: these would lock, for a loop does not fit the line alone\n"
+            "kinematic: with rigid joints; –: locked by a closed loop\n"
         }
         true => "kinematic: with rigid joints\n",
         false => {
-            "kinematic and loaded amplitudes are alike: no loop shares errors out, and no stiffness changes under load\n"
+            "kinematic and loaded amplitudes are equal: no closed loops and no load-dependent stiffness\n"
         }
     };
     text += &assumed_amplitudes_text(machine);
@@ -171,7 +171,7 @@ fn largest_lines(result: &TransmissionResult, all: bool) -> Vec<usize> {
     };
     let mut shown: Vec<usize> = (0..result.lines.len()).filter(moves).collect();
     if !all && shown.len() > MAX_ROWS {
-        sort_falling(&mut shown, |&a| result.max_amplitude(a));
+        sort_descending(&mut shown, |&a| result.max_amplitude(a));
         shown.truncate(MAX_ROWS);
         shown.sort_unstable();
     }
@@ -265,7 +265,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
             .is_some_and(|p| range.bound_added > 1e-3 * p.1);
         let added = match counts {
             true => format!(
-                "; lines too fine or too small for the samples are added whole, {} in all",
+                "; lines too high or too small for the samples are added in full, {} in total",
                 arc(range.bound_added)
             ),
             false => String::new(),
@@ -274,7 +274,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
             let value = range.percentiles.first().map_or(0.0, |p| p.1);
             return text
                 + &format!(
-                    "range over {turns}, every phase known: {}{added}\n",
+                    "peak to peak over {turns}, all phases known: {}{added}\n",
                     arc(value)
                 );
         }
@@ -286,12 +286,12 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
             format!("{p} % {value}")
         });
         text + &format!(
-            "range over {turns}, over unknown phases and tolerances, {}: {}{added}\n",
+            "peak to peak over {turns}, over unknown phases and tolerances, {}: {}{added}\n",
             unit.name,
             each.collect::<Vec<_>>().join(", ")
         )
     };
-    let mut text = match &result.at_speed {
+    let mut text = match &result.dynamic_budget {
         Some(fast) => both(&result.budget, "quasi-static: ") + &both(&fast.budget, "at speed: "),
         None => both(&result.budget, ""),
     };
@@ -300,7 +300,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
     }
     if result.second_order > 0.0 {
         text += &format!(
-            "second order of offsets, left out of the lines: {} at most\n",
+            "second order of offsets, not in the lines: {} at most\n",
             arc(result.second_order)
         );
     }
@@ -312,7 +312,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
             exact
         };
         let unit = if shown == "1" { "turn" } else { "turns" };
-        text += &format!("everything repeats after {shown} {unit}\n");
+        text += &format!("common period: {shown} {unit}\n");
     }
     text += &elements(result);
     text += &record(result, unit);
@@ -321,15 +321,15 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
 
 /// Contribution of each element, and the negligible ones; with the values at speed on request.
 fn elements(result: &TransmissionResult) -> String {
-    let fast = result.at_speed.as_ref();
+    let fast = result.dynamic_budget.as_ref();
     let share = |e: usize| {
         let fast = fast.map_or(0.0, |f| f.budget.elements[e].share);
         result.budget.elements[e].share.max(fast)
     };
     let mut order = falling_order((0..result.elements.len()).map(share));
     order.truncate(ELEMENTS);
-    const AT_SPEED: &str = "at speed: share [%]|one grade finer [% off]|without it [% off]";
-    let mut table = Table::named("element|share [%]|one grade finer [% off]|without it [% off]")
+    const AT_SPEED: &str = "at speed: share [%]|one grade finer [% less]|without it [% less]";
+    let mut table = Table::named("element|share [%]|one grade finer [% less]|without it [% less]")
         .columns_if(fast.is_some(), AT_SPEED);
     for &e in order.iter().filter(|&&e| share(e) > 0.0) {
         let mut cells = vec![result.elements[e].clone()];
@@ -337,13 +337,13 @@ fn elements(result: &TransmissionResult) -> String {
             cells.extend(budget.into_iter().flat_map(|b| {
                 let found = &b.elements[e];
                 let better = found.one_grade_finer.map_or(String::new(), percent);
-                [percent(found.share), better, percent(found.rss_without)]
+                [percent(found.share), better, percent(found.rss_reduction)]
             }));
         }
         table.row(cells);
     }
     let mut text = format!(
-        "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
+        "\nReduction of the root of the sum of squares (one grade: amplitudes divided by √2):\n{}",
         table.text()
     );
     let out = |when: &str, (out, off, worst): &(Vec<usize>, f64, f64)| {
@@ -352,7 +352,7 @@ fn elements(result: &TransmissionResult) -> String {
         }
         let names: Vec<&str> = out.iter().map(|&e| result.elements[e].as_str()).collect();
         format!(
-            "could be left out{when}: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
+            "negligible{when}: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
             names.join(", "),
             percent(*off),
             percent(*worst)
@@ -360,8 +360,8 @@ fn elements(result: &TransmissionResult) -> String {
     };
     match fast {
         Some(fast) => {
-            text += &out(" as far as slow turning goes", &result.negligible);
-            text += &out(" as far as this speed goes", &fast.negligible);
+            text += &out(" for slow rotation", &result.negligible);
+            text += &out(" at this speed", &fast.negligible);
         }
         None => text += &out("", &result.negligible),
     }

@@ -7,7 +7,7 @@ use super::table::Table;
 use super::te_lines::ARCSEC;
 use crate::base::text::pluralise;
 use crate::gear::bevel::tooth::SIDES;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::plan::gear_limits::MEMBERS;
 use crate::plan::meshes::work::{LEFT_OUT, WorkLine, WorkResult};
 
@@ -18,7 +18,7 @@ const MOST_ROWS: usize = 12;
 pub fn text(work: &WorkResult, all: bool) -> String {
     let pair = &work.pair;
     let mut shown: Vec<&WorkLine> = work.lines.iter().collect();
-    sort_falling(&mut shown, |a| a.effect.flank);
+    sort_descending(&mut shown, |a| a.effect.flank);
     if !all {
         shown.truncate(MOST_ROWS);
     }
@@ -121,7 +121,7 @@ fn left_out(work: &WorkResult) -> Vec<String> {
     let most = rough.iter().map(|l| l.effect.flank).sum::<f64>();
     let waves = (!rough.is_empty()).then(|| {
         format!(
-            "{} so wavy that passes of the cutter overlap: to first order at most {} µm together",
+            "{} of orders so high that passes of the cutter overlap: to first order at most {} µm together",
             pluralise(rough.len(), "line"),
             four_digits(1e6 * most)
         )
@@ -130,7 +130,7 @@ fn left_out(work: &WorkResult) -> Vec<String> {
         Ok(_) => {
             "discrete blades with their run-out in the cut pair: their phase differs from tooth to tooth".to_string()
         }
-        Err(why) => format!("discrete blades with their run-out, without a size: {why}"),
+        Err(why) => format!("discrete blades with their run-out, size not computed: {why}"),
     };
     let always = LEFT_OUT.iter().map(ToString::to_string);
     waves.into_iter().chain([blades]).chain(always).collect()

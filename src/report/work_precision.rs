@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::figure::Figure;
 use super::output_key::effort;
-use super::presentation::{ENDED_EARLY, Presentation, Provenance};
+use super::presentation::{INTERRUPTED_TEXT, Presentation, Provenance};
 use super::sensitivity;
 use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
@@ -155,7 +155,9 @@ impl Presentation for WorkPrecisionReport<'_> {
     }
 
     fn interruption(&self) -> Option<String> {
-        self.result.interrupted.then(|| ENDED_EARLY.to_string())
+        self.result
+            .interrupted
+            .then(|| INTERRUPTED_TEXT.to_string())
     }
 }
 
@@ -196,9 +198,9 @@ fn reference(reference: &ReferenceSolution) -> String {
     let own = method_label(reference.method, reference.step_size);
     let other = |w: &CrossCheck| method_label(w.method, w.step_size);
     let mut text = match &reference.cross_checks[..] {
-        [] => format!("reference: {own} alone; nothing could check it\n"),
+        [] => format!("reference: {own} only, not verified\n"),
         [near, ..] if near.related => format!(
-            "reference: {own}, {} from itself at {}; no unrelated method could check it\n",
+            "reference: {own}, {} from itself at {}; not verified by an unrelated method\n",
             format_error(near.distance),
             setting_text(near.step_size),
         ),
@@ -224,7 +226,7 @@ fn reference(reference: &ReferenceSolution) -> String {
     text + &match reference.amplification {
         Some(found) => format!("{}\n", sensitivity::factor_text(Some(found))),
         None => {
-            "sensitivity to initial conditions not measured: nothing deforms, or a run ended early\n"
+            "sensitivity to initial conditions not measured: no deformation, or a run ended early\n"
                 .to_string()
         }
     }

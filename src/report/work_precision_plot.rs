@@ -69,7 +69,7 @@ pub fn figure(
             guides: guide.into_iter().collect(),
             curves: methods.iter().enumerate().flat_map(curve).collect(),
             names: NamePlacement::AtEnd,
-            empty: "no run came to its end",
+            empty: "no run completed",
             ..Plot::new(x, y)
         },
     );

@@ -27,7 +27,7 @@ pub fn recommendation_text(accuracy: &WorkPrecisionResult, wanted: f64) -> Strin
             method_label(next.method, next.step_size)
         ),
         Recommendation::Cheapest(best, None) => {
-            format!("for {wanted:e} only {} suffices", of(best))
+            format!("for {wanted:e} only {} is sufficient", of(best))
         }
         Recommendation::Nearest(run) => {
             let mut text = format!(
@@ -37,14 +37,14 @@ pub fn recommendation_text(accuracy: &WorkPrecisionResult, wanted: f64) -> Strin
             );
             if let Some(known) = accuracy.reference.agreement().filter(|x| *x > wanted) {
                 text += &format!(
-                    ", and the reference itself is known to {} only",
+                    ", and the reference has an error of {}",
                     format_error(known)
                 );
             }
             text
         }
         Recommendation::Unavailable => {
-            "no run came to its end, so that none can be recommended".to_string()
+            "no run completed, so that none can be recommended".to_string()
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Coordinates under prescribed motions, `p = T_r r + T_h h`.
 //!
-//! A held degree of freedom is a row `q_i = h`; a rigid joint with a displacement imposed in it, `wᵀq = e`, is released and
-//! becomes such a row. What r is over, the rows leave at zero; column h of T_h moves its own row by one and the others not at
-//! all.
+//! A prescribed degree of freedom is a constraint row `q_i = h`; a rigid joint with an imposed displacement, `wᵀq = e`, is released and
+//! becomes such a row. The columns of T_r satisfy all rows with zero right-hand side; column h of T_h satisfies row h with one and the
+//! others with zero.
 
 use super::dynamic_stiffness::{SparseVector, sum_duplicates};
 use super::ports::{Ports, ResponseInput, ResponseOutput};
@@ -17,29 +17,29 @@ use crate::modes::modal_basis::{ModalBasis, column};
 use crate::numeric::Matrix;
 use crate::scene::model::BranchDamping;
 
-/// A degree of freedom whose motion is prescribed.
+/// Degree of freedom or rigid joint (by its branch) with a prescribed motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PrescribedDof {
     Dof(usize),
     Joint(usize),
 }
 
-/// A machine with some motions prescribed.
+/// Coordinates of a machine with prescribed motions.
 pub(super) struct ConstrainedCoordinates {
-    /// The machine with the joints released that a displacement is imposed in.
+    /// Machine with the prescribed joints released.
     pub machine: Machine,
-    /// The same, linear; its coordinates are p.
+    /// Linear model of that machine; its coordinates are p.
     pub model: LinearModel,
-    /// The machine with everything held still.
+    /// Linear model with all prescribed motions fixed at zero.
     pub fixed: LinearModel,
-    /// Prescribed degrees of freedom.
+    /// Prescribed motions, one per component of h.
     pub prescribed: Vec<PrescribedDof>,
-    /// Motions that strain nothing with everything held still, over p.
+    /// Rigid-body motions with all prescribed motions fixed, over p.
     pub rigid: Vec<Vec<f64>>,
     rows: ConstraintRows,
 }
 
-/// Machine, operating point and linear model from which the coordinates are built.
+/// Machine, its operating point and linear model.
 pub(super) struct CoordinateInput<'a> {
     pub machine: &'a Machine,
     pub operating: &'a OperatingPoint,
@@ -47,20 +47,20 @@ pub(super) struct CoordinateInput<'a> {
 }
 
 impl ConstrainedCoordinates {
-    pub fn new(from: &CoordinateInput, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
-        let model = fixed_rows(from.machine, ports);
-        let (mut machine, mut tied) = (from.machine.clone(), from.machine.clone());
-        for what in &model {
-            match *what {
-                // A stiffness so that nothing hangs loose meanwhile; it is taken out below.
+    pub fn new(input: &CoordinateInput, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
+        let prescribed = fixed_rows(input.machine, ports);
+        let (mut machine, mut fixed_machine) = (input.machine.clone(), input.machine.clone());
+        for motion in &prescribed {
+            match *motion {
+                // A temporary stiffness keeps the parts connected; the branch is removed below.
                 PrescribedDof::Joint(branch) => {
                     machine.branches[branch].law = BranchLaw::Linear {
                         stiffness: 1.0,
                         loss: BranchDamping::None,
                     }
                 }
-                PrescribedDof::Dof(dof) => tied.branches.push(Branch {
-                    element: tied.nodes[tied.dofs[dof].node].element,
+                PrescribedDof::Dof(dof) => fixed_machine.branches.push(Branch {
+                    element: fixed_machine.nodes[fixed_machine.dofs[dof].node].element,
                     part: None,
                     direction: Direction::unit(dof),
                     coast: None,
@@ -74,101 +74,100 @@ impl ConstrainedCoordinates {
                 }),
             }
         }
-        let joints = model
+        let has_joints = prescribed
             .iter()
-            .any(|what| matches!(what, PrescribedDof::Joint(_)));
-        let dofs = model
+            .any(|motion| matches!(motion, PrescribedDof::Joint(_)));
+        let has_dofs = prescribed
             .iter()
-            .any(|what| matches!(what, PrescribedDof::Dof(_)));
-        let again = |machine: &Machine| -> Result<LinearModel, Error> {
+            .any(|motion| matches!(motion, PrescribedDof::Dof(_)));
+        let relinearise = |machine: &Machine| -> Result<LinearModel, Error> {
             let mut linear_model =
-                LinearModel::new(machine, &Kinematics::new(machine)?, from.operating)?;
-            // A damping ratio refers to the masses of the machine as it is.
+                LinearModel::new(machine, &Kinematics::new(machine)?, input.operating)?;
+            // Damping ratios refer to the masses of the unconstrained machine.
             for branch in &mut linear_model.branches {
-                let own = from.model.branch(branch.index);
-                branch.damping = own.map_or(branch.damping, |b| b.damping);
+                let original = input.model.branch(branch.index);
+                branch.damping = original.map_or(branch.damping, |b| b.damping);
             }
             Ok(linear_model)
         };
-        let linear_model = if joints {
-            again(&machine)?
+        let linear_model = if has_joints {
+            relinearise(&machine)?
         } else {
-            from.model.clone()
+            input.model.clone()
         };
-        let still = if dofs {
-            again(&tied)?
+        let fixed_model = if has_dofs {
+            relinearise(&fixed_machine)?
         } else {
-            from.model.clone()
+            input.model.clone()
         };
-        let released = |b: &LinearBranch| model.contains(&PrescribedDof::Joint(b.index));
+        let released = |b: &LinearBranch| prescribed.contains(&PrescribedDof::Joint(b.index));
         let mut linear_model = linear_model;
         linear_model.branches.retain(|b| !released(b));
-        let rows = ConstraintRows::new(&machine, &linear_model, &model)?;
-        let rigid = still
+        let rows = ConstraintRows::new(&machine, &linear_model, &prescribed)?;
+        let rigid = fixed_model
             .rigid
             .iter()
-            .map(|r| linear_model.select_independent(&still.expand(r)))
+            .map(|r| linear_model.select_independent(&fixed_model.expand(r)))
             .collect();
         Ok(ConstrainedCoordinates {
             machine,
             model: linear_model,
-            fixed: still,
-            prescribed: model,
+            fixed: fixed_model,
+            prescribed,
             rigid,
             rows,
         })
     }
 
-    /// Columns of `[T_r, T_h]` over rigid motions and single coordinates of p.
+    /// Columns of `[T_r, T_h]`: rigid-body motions, single free coordinates of p, prescribed motions.
     pub fn sparse_basis(&self) -> Vec<SparseVector> {
-        let mut taken = self.rows.pivots.clone();
+        let mut used = self.rows.pivots.clone();
         let mut rigid: Vec<Vec<f64>> = self.rigid.clone();
-        for at in 0..rigid.len() {
-            let free = (0..self.model.n).filter(|j| !taken.contains(j));
-            let Some(pivot) =
-                free.max_by(|&a, &b| rigid[at][a].abs().total_cmp(&rigid[at][b].abs()))
+        for k in 0..rigid.len() {
+            let free = (0..self.model.n).filter(|j| !used.contains(j));
+            let Some(pivot) = free.max_by(|&a, &b| rigid[k][a].abs().total_cmp(&rigid[k][b].abs()))
             else {
                 continue;
             };
-            taken.push(pivot);
-            let (done, rest) = rigid.split_at_mut(at + 1);
-            for other in rest {
-                let factor = other[pivot] / done[at][pivot];
+            used.push(pivot);
+            let (processed, remaining) = rigid.split_at_mut(k + 1);
+            for other in remaining {
+                let factor = other[pivot] / processed[k][pivot];
                 other
                     .iter_mut()
-                    .zip(&done[at])
+                    .zip(&processed[k])
                     .for_each(|(x, y)| *x -= factor * y);
             }
         }
         let mut free = vec![true; self.model.n];
-        taken.iter().for_each(|&j| free[j] = false);
-        let alone = (0..self.model.n)
+        used.iter().for_each(|&j| free[j] = false);
+        let single = (0..self.model.n)
             .filter(|&j| free[j])
             .map(|j| self.rows.free_motion(j));
         let imposed = (0..self.prescribed.len()).map(|h| self.rows.imposed(h));
         let rigid = self.rigid.iter().map(|r| sparse(r.iter().copied()));
-        rigid.chain(alone).chain(imposed).collect()
+        rigid.chain(single).chain(imposed).collect()
     }
 
-    /// `[T_r, T_h]` over modes of the machine with everything held still, and its coordinates without inertia.
+    /// `[T_r, T_h]` over the modes and massless coordinates of the model with fixed prescribed motions.
     pub fn modal_basis(&self, basis: &ModalBasis) -> Matrix {
-        let over = |p: &[f64]| self.model.select_independent(&self.fixed.expand(p));
-        let modes = (0..basis.omega.len()).map(|k| over(&column(&basis.shapes, k)));
-        let light = self.fixed.massless.iter().map(|&j| {
+        let transfer = |p: &[f64]| self.model.select_independent(&self.fixed.expand(p));
+        let modes = (0..basis.omega.len()).map(|k| transfer(&column(&basis.shapes, k)));
+        let massless = self.fixed.massless.iter().map(|&j| {
             let mut unit = vec![0.0; self.fixed.n];
             unit[j] = 1.0;
-            over(&unit)
+            transfer(&unit)
         });
         let imposed = (0..self.prescribed.len()).map(|h| {
             let mut column = vec![0.0; self.model.n];
             (self.rows.imposed(h).iter()).for_each(|&(j, a)| column[j] = a);
             column
         });
-        let columns: Vec<Vec<f64>> = modes.chain(light).chain(imposed).collect();
+        let columns: Vec<Vec<f64>> = modes.chain(massless).chain(imposed).collect();
         Matrix::from_fn(self.model.n, columns.len(), |i, j| columns[j][i])
     }
 
-    /// Modes of the machine itself over p, for modal damping.
+    /// Modes of the unconstrained machine over p, for modal damping.
     pub fn shapes(&self, basis: &ModalBasis, model: &LinearModel) -> ModalBasis {
         let modes: Vec<Vec<f64>> = (0..basis.omega.len())
             .map(|k| {
@@ -185,23 +184,23 @@ impl ConstrainedCoordinates {
 
 /// Nonzero entries of a column.
 fn sparse(column: impl IntoIterator<Item = f64>) -> SparseVector {
-    let all = column.into_iter().enumerate();
-    all.filter(|term| term.1 != 0.0).collect()
+    let terms = column.into_iter().enumerate();
+    terms.filter(|term| term.1 != 0.0).collect()
 }
 
-/// Held degrees of freedom and joints that an input moves or whose force is measured, each once.
+/// Prescribed degrees of freedom, and rigid joints with an imposed displacement or an output force, without duplicates.
 fn fixed_rows(machine: &Machine, ports: &Ports) -> Vec<PrescribedDof> {
     let rigid = |branch: usize| machine.branches[branch].law == BranchLaw::Rigid;
-    let mut all: Vec<PrescribedDof> = ports
+    let mut motions: Vec<PrescribedDof> = ports
         .fixed
         .iter()
         .map(|&dof| PrescribedDof::Dof(dof))
         .collect();
     for input in &ports.inputs {
         match input.kind {
-            ResponseInput::Motion(dof) => all.push(PrescribedDof::Dof(dof)),
+            ResponseInput::Motion(dof) => motions.push(PrescribedDof::Dof(dof)),
             ResponseInput::Displacement(branch) if rigid(branch) => {
-                all.push(PrescribedDof::Joint(branch))
+                motions.push(PrescribedDof::Joint(branch))
             }
             _ => {}
         }
@@ -209,44 +208,44 @@ fn fixed_rows(machine: &Machine, ports: &Ports) -> Vec<PrescribedDof> {
     for output in &ports.outputs {
         match output.kind {
             ResponseOutput::Force(branch) if rigid(branch) => {
-                all.push(PrescribedDof::Joint(branch))
+                motions.push(PrescribedDof::Joint(branch))
             }
             _ => {}
         }
     }
-    let mut once: Vec<PrescribedDof> = Vec::new();
-    all.into_iter().for_each(|what| {
-        if !once.contains(&what) {
-            once.push(what);
+    let mut unique: Vec<PrescribedDof> = Vec::new();
+    motions.into_iter().for_each(|motion| {
+        if !unique.contains(&motion) {
+            unique.push(motion);
         }
     });
-    once
+    unique
 }
 
-/// The rows solved for one coordinate each: `p_pivot = Σ imposed h − Σ others p`.
+/// Constraint rows, each solved for its pivot coordinate: `p_pivot = Σ imposed h − Σ others p`.
 struct ConstraintRows {
     pivots: Vec<usize>,
     others: Vec<Vec<f64>>,
     imposed: Vec<Vec<f64>>,
 }
 
-/// Rank tolerance relative to the size of a row: a dependent row leaves the rounding of whole numbers of teeth.
+/// Rank tolerance relative to the largest entry of a row, above the rounding of tooth ratios.
 const DEPENDENT: f64 = 1e-11;
 
 impl ConstraintRows {
     fn new(
         machine: &Machine,
         model: &LinearModel,
-        held: &[PrescribedDof],
+        prescribed: &[PrescribedDof],
     ) -> Result<ConstraintRows, Error> {
         let mut rows = ConstraintRows {
             pivots: Vec::new(),
             others: Vec::new(),
             imposed: Vec::new(),
         };
-        for (number, what) in held.iter().enumerate() {
+        for (number, motion) in prescribed.iter().enumerate() {
             let mut row = vec![0.0; model.n];
-            let direction = match *what {
+            let direction = match *motion {
                 PrescribedDof::Dof(dof) => Direction::unit(dof),
                 PrescribedDof::Joint(branch) => machine.branches[branch].direction.clone(),
             };
@@ -256,64 +255,64 @@ impl ConstraintRows {
                 }
             }
             let size = row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let mut share = vec![0.0; held.len()];
-            share[number] = 1.0;
-            for (at, &pivot) in rows.pivots.iter().enumerate() {
+            let mut right = vec![0.0; prescribed.len()];
+            right[number] = 1.0;
+            for (k, &pivot) in rows.pivots.iter().enumerate() {
                 let factor = row[pivot];
                 row.iter_mut()
-                    .zip(&rows.others[at])
+                    .zip(&rows.others[k])
                     .for_each(|(x, y)| *x -= factor * y);
-                share
+                right
                     .iter_mut()
-                    .zip(&rows.imposed[at])
+                    .zip(&rows.imposed[k])
                     .for_each(|(x, y)| *x -= factor * y);
             }
-            let largest = (0..model.n).max_by(|&a, &b| row[a].abs().total_cmp(&row[b].abs()));
-            let Some(pivot) = largest.filter(|&j| row[j].abs() > DEPENDENT * size) else {
-                return Err(overdetermined_error(machine, *what));
+            let pivot = (0..model.n).max_by(|&a, &b| row[a].abs().total_cmp(&row[b].abs()));
+            let Some(pivot) = pivot.filter(|&j| row[j].abs() > DEPENDENT * size) else {
+                return Err(overdetermined_error(machine, *motion));
             };
-            let lead = row[pivot];
+            let scale = row[pivot];
             row.iter_mut()
-                .chain(share.iter_mut())
-                .for_each(|x| *x /= lead);
-            for at in 0..rows.pivots.len() {
-                let factor = rows.others[at][pivot];
-                rows.others[at]
+                .chain(right.iter_mut())
+                .for_each(|x| *x /= scale);
+            for k in 0..rows.pivots.len() {
+                let factor = rows.others[k][pivot];
+                rows.others[k]
                     .iter_mut()
                     .zip(&row)
                     .for_each(|(x, y)| *x -= factor * y);
-                rows.imposed[at]
+                rows.imposed[k]
                     .iter_mut()
-                    .zip(&share)
+                    .zip(&right)
                     .for_each(|(x, y)| *x -= factor * y);
             }
             rows.pivots.push(pivot);
             rows.others.push(row);
-            rows.imposed.push(share);
+            rows.imposed.push(right);
         }
         Ok(rows)
     }
 
-    /// Coordinate j moves alone, and what the rows make follow it.
+    /// Column of T_r: unit motion of coordinate j with the dependent motions of the pivots.
     fn free_motion(&self, j: usize) -> SparseVector {
-        let follow = self.pivots.iter().zip(&self.others);
+        let dependent = self.pivots.iter().zip(&self.others);
         sum_duplicates(
-            std::iter::once((j, 1.0)).chain(follow.map(|(&pivot, row)| (pivot, -row[j]))),
+            std::iter::once((j, 1.0)).chain(dependent.map(|(&pivot, row)| (pivot, -row[j]))),
         )
     }
 
-    /// Row h moves by one.
+    /// Column of T_h: unit motion of prescribed motion h.
     fn imposed(&self, h: usize) -> SparseVector {
-        let follow = self.pivots.iter().zip(&self.imposed);
-        sum_duplicates(follow.map(|(&pivot, share)| (pivot, share[h])))
+        let dependent = self.pivots.iter().zip(&self.imposed);
+        sum_duplicates(dependent.map(|(&pivot, right)| (pivot, right[h])))
     }
 }
 
-fn overdetermined_error(machine: &Machine, what: PrescribedDof) -> Error {
-    match what {
+fn overdetermined_error(machine: &Machine, motion: PrescribedDof) -> Error {
+    match motion {
         PrescribedDof::Dof(dof) => {
             let message = format!(
-                "{} cannot be prescribed: rigid joints or another prescribed motion hold it already",
+                "{} cannot be prescribed: it is already constrained by rigid joints or another prescribed motion",
                 machine.dof_name(dof)
             );
             Error::new(Code::Conflict, message).with_hint("prescribe one motion of each rigid part")

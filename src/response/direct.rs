@@ -10,24 +10,24 @@ use crate::base::quantity::format_number;
 use crate::numeric::sparse_lu::SymbolicFactor;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 
-/// A system ready to be solved at any frequency.
+/// Direct solver of the input–output system at any frequency.
 pub struct DirectSolver {
     system: InputOutputSystem,
     entries: DynamicStiffness,
     pattern: Option<SymbolicFactor>,
 }
 
-/// Smaller systems are solved densely.
+/// Largest system that is always solved with dense matrices.
 const DENSE_LIMIT: usize = 24;
 
-/// So much of a matrix may differ from zero for it to be solved as a sparse one.
+/// Largest share of nonzero entries for a sparse solution.
 const MAX_FILL: f64 = 0.25;
 
 impl DirectSolver {
-    /// Sets up the equations and finds the order of elimination.
+    /// Assembles the equations and determines the order of elimination.
     ///
     /// # Errors
-    /// Those of the machine's matrices; `Hopeless` where memory runs out.
+    /// Errors of the machine matrices; `Hopeless` if memory is insufficient.
     pub fn new(model: &OperatingModel, ports: &Ports) -> Result<DirectSolver, Error> {
         let (system, entries) = InputOutputSystem::direct_system(model, ports)?;
         let pattern = pattern(&entries)?;
@@ -38,85 +38,85 @@ impl DirectSolver {
         })
     }
 
-    /// Input–output system that is solved.
+    /// Input–output system.
     pub fn system(&self) -> &InputOutputSystem {
         &self.system
     }
 
-    /// Solved as a sparse matrix.
+    /// Whether the matrix is solved as sparse.
     pub fn is_sparse(&self) -> bool {
         self.pattern.is_some()
     }
 
-    /// Outputs by inputs at `s = iω`, ω in rad/s.
+    /// Frequency response, outputs by inputs, at `s = iω`, ω in rad/s.
     ///
     /// # Errors
-    /// At ω = 0: an output that a free machine does not have at rest. `NotPositiveDefinite` where nothing damps a resonance at ω.
+    /// At ω = 0 an output that depends on a rigid-body motion of a free machine; `NotPositiveDefinite` at an undamped resonance.
     pub fn response_at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
         let system = &self.system;
         let s = Complex::new(0.0, omega);
         if omega == 0.0 && system.rigid > 0 {
             return self.static_response();
         }
-        let x = self.solve(s).map_err(|_| undamped_resonance_error(omega))?;
-        let answer = system.combine(s, |read, load| {
-            let of = |sum: Complex, &(j, c): &(usize, f64)| sum + x[(j, load)] * c;
-            system.output_rows[read].iter().fold(Complex::ZERO, of)
+        let solution = self.solve(s).map_err(|_| undamped_resonance_error(omega))?;
+        let response = system.combine(s, |read, load| {
+            let add = |sum: Complex, &(j, c): &(usize, f64)| sum + solution[(j, load)] * c;
+            system.output_rows[read].iter().fold(Complex::ZERO, add)
         });
-        let finite = (0..answer.ncols()).all(|j| {
-            answer
+        let finite = (0..response.ncols()).all(|j| {
+            response
                 .col_as_slice(j)
                 .iter()
                 .all(|z| z.re.is_finite() && z.im.is_finite())
         });
         if finite {
-            Ok(answer)
+            Ok(response)
         } else {
             Err(undamped_resonance_error(omega))
         }
     }
 
-    /// `D(s)⁻¹ B`.
+    /// Solves `D(s) X = B`.
     fn solve(&self, s: Complex) -> Result<ComplexMatrix, Error> {
-        let b = self.system.load_columns();
+        let b = self.system.input_matrix();
         solve_scaled(&self.entries, self.pattern.as_ref(), s, &b)
     }
 
-    /// The limit at rest of a free machine: it accelerates as one under what does not balance, and deforms under the rest.
+    /// Static response of a free machine: the resultant load accelerates it as a rigid body, the self-equilibrated rest deforms it.
     ///
-    /// With R its rigid motions, `K x + M R a = b`, `Rᵀ M x = 0`: `x → x + R a / s²`.
+    /// With the rigid-body motions R, `K x + M R a = b`, `Rᵀ M x = 0`; the response is `x + R a / s²`.
     fn static_response(&self) -> Result<ComplexMatrix, Error> {
         let system = &self.system;
         let (rigid, n) = (system.rigid, system.len());
-        let b = system.load_columns();
+        let b = system.input_matrix();
         if system.undamped_rigid < rigid {
-            let message = "a machine held only by dampers has no static response";
+            let message = "a machine supported by dampers only has no static response";
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("request frequencies above 0 Hz, or prescribe an angle: --hold NODE"));
         }
-        let mut own = Matrix::zeros(rigid, rigid);
-        let among = |e: &&StiffnessEntry| e.row < rigid && e.column < rigid;
-        for e in self.entries.list.iter().filter(among) {
-            own[(e.row, e.column)] = e.mass;
+        let mut mass = Matrix::zeros(rigid, rigid);
+        let is_rigid = |e: &&StiffnessEntry| e.row < rigid && e.column < rigid;
+        for e in self.entries.list.iter().filter(is_rigid) {
+            mass[(e.row, e.column)] = e.mass;
         }
-        let push = Matrix::from_fn(rigid, b.ncols(), |i, j| b[(i, j)]);
-        let a = symmetric::lu_solve(&own, &push)?;
-        // The rest deforms: rows and columns of K beyond the rigid motions, which are exactly zero there.
-        let rest = n - rigid;
-        let mut f = Matrix::from_fn(rest, b.ncols(), |i, j| b[(rigid + i, j)]);
-        let across = |e: &&StiffnessEntry| e.row >= rigid && e.column < rigid;
-        for e in self.entries.list.iter().filter(across) {
+        let load = Matrix::from_fn(rigid, b.ncols(), |i, j| b[(i, j)]);
+        let a = symmetric::lu_solve(&mass, &load)?;
+        // K is exactly zero in the rigid-body rows and columns; the trailing block gives the deformation.
+        let elastic = n - rigid;
+        let mut f = Matrix::from_fn(elastic, b.ncols(), |i, j| b[(rigid + i, j)]);
+        let couples = |e: &&StiffnessEntry| e.row >= rigid && e.column < rigid;
+        for e in self.entries.list.iter().filter(couples) {
             for j in 0..b.ncols() {
                 f[(e.row - rigid, j)] -= e.mass * a[(e.column, j)];
             }
         }
         let k = self.entries.trailing_block(rigid);
-        let bent = solve_scaled(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
-        let mut answer = ComplexMatrix::zeros(system.outputs.len(), system.inputs.len());
+        let deformation = solve_scaled(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
+        let mut response = ComplexMatrix::zeros(system.outputs.len(), system.inputs.len());
         for (o, terms) in system.outputs.iter().enumerate() {
-            if self.sees_rigid_motion(terms) {
+            if self.depends_on_rigid(terms) {
                 let message = format!(
-                    "`{}` has no value at 0 Hz: the machine is free to turn away",
+                    "`{}` has no value at 0 Hz: the machine can turn freely",
                     system.names[o]
                 );
                 let hint = "request frequencies above 0 Hz, or a difference that no rigid motion changes, or prescribe an angle: --hold NODE";
@@ -129,7 +129,7 @@ impl DirectSolver {
                         let value = match factor.power {
                             0 => (system.output_rows[row].iter())
                                 .filter(|term| term.0 >= rigid)
-                                .map(|&(j, c)| c * bent[(j - rigid, load)].re)
+                                .map(|&(j, c)| c * deformation[(j - rigid, load)].re)
                                 .sum(),
                             2 => (system.output_rows[row].iter())
                                 .filter(|term| term.0 < rigid)
@@ -143,37 +143,37 @@ impl DirectSolver {
                 let direct = system.feedthrough[o][i]
                     .iter()
                     .filter(|t| t.0 == LaplaceFactor::ONE);
-                answer[(o, i)] = Complex::new(sum + direct.map(|t| t.1).sum::<f64>(), 0.0);
+                response[(o, i)] = Complex::new(sum + direct.map(|t| t.1).sum::<f64>(), 0.0);
             }
         }
-        Ok(answer)
+        Ok(response)
     }
 
-    /// Whether rows for a displacement or a speed see a motion that strains nothing.
-    fn sees_rigid_motion(&self, terms: &[(LaplaceFactor, usize)]) -> bool {
+    /// Whether a displacement or speed output depends on a rigid-body motion.
+    fn depends_on_rigid(&self, terms: &[(LaplaceFactor, usize)]) -> bool {
         let rigid = self.system.rigid;
-        let turns = |row: usize| {
-            let read = &self.system.output_rows[row];
+        let is_rigid = |row: usize| {
+            let row_terms = &self.system.output_rows[row];
             let largest = |count: usize| {
-                let own = read.iter().filter(|term| term.0 < count);
-                own.map(|term| term.1.abs()).fold(0.0, f64::max)
+                let leading = row_terms.iter().filter(|term| term.0 < count);
+                leading.map(|term| term.1.abs()).fold(0.0, f64::max)
             };
             largest(rigid) > RIGID_TOLERANCE * largest(usize::MAX)
         };
         let mut terms = terms.iter().filter(|t| t.0.power < 2);
-        terms.any(|&(_, row)| turns(row))
+        terms.any(|&(_, row)| is_rigid(row))
     }
 }
 
-/// The order in which a matrix is eliminated as a sparse one; nothing where it is small or full.
+/// Symbolic sparse factorisation; `None` for a small or dense matrix.
 fn pattern(entries: &DynamicStiffness) -> Result<Option<SymbolicFactor>, Error> {
     let (n, list) = (entries.n, &entries.list);
     let sparse = n > DENSE_LIMIT && (list.len() as f64) < MAX_FILL * (n * n) as f64;
-    let places = list.iter().map(|e| (e.row, e.column));
-    sparse.then(|| SymbolicFactor::new(n, places)).transpose()
+    let indices = list.iter().map(|e| (e.row, e.column));
+    sparse.then(|| SymbolicFactor::new(n, indices)).transpose()
 }
 
-/// `D(s)⁻¹ B`, with D scaled to unit diagonal.
+/// Solves `D(s) X = B` with D scaled to unit diagonal.
 fn solve_scaled(
     entries: &DynamicStiffness,
     pattern: Option<&SymbolicFactor>,
@@ -182,11 +182,11 @@ fn solve_scaled(
 ) -> Result<ComplexMatrix, Error> {
     let n = entries.n;
     let mut scale = vec![1.0; n];
-    for own in entries.list.iter().filter(|e| e.row == e.column) {
-        let size = own.size(s);
-        // A power of two, so that scaling rounds nothing.
+    for diagonal in entries.list.iter().filter(|e| e.row == e.column) {
+        let size = diagonal.size(s);
+        // Powers of two scale without rounding.
         if size > 0.0 {
-            scale[own.row] = (-0.5 * size.log2()).round().exp2();
+            scale[diagonal.row] = (-0.5 * size.log2()).round().exp2();
         }
     }
     let scaled = |e: &StiffnessEntry| e.value_at(s) * (scale[e.row] * scale[e.column]);
@@ -199,11 +199,11 @@ fn solve_scaled(
             pattern.solve(&values, &right)?
         }
         None => {
-            let mut full = ComplexMatrix::zeros(n, n);
+            let mut dense = ComplexMatrix::zeros(n, n);
             for e in &entries.list {
-                full[(e.row, e.column)] = scaled(e);
+                dense[(e.row, e.column)] = scaled(e);
             }
-            symmetric::lu_solve_complex(&full, &right)?
+            symmetric::lu_solve_complex(&dense, &right)?
         }
     };
     for j in 0..x.ncols() {
@@ -213,20 +213,20 @@ fn solve_scaled(
     Ok(x)
 }
 
-/// Tolerance for rigid motions relative to the largest entry of a row: smaller entries are rounding of ratios that are fractions.
+/// Tolerance of rigid-body entries relative to the largest entry of an output row, above the rounding of speed ratios.
 const RIGID_TOLERANCE: f64 = 1e-12;
 
-/// Frequencies whose square times an inertia may leave the range of numbers, rad/s.
+/// Frequency above which inertia forces may overflow, rad/s.
 const MAX_OMEGA: f64 = 1e100;
 
-/// Error of a system that is singular at a frequency, rad/s.
+/// Error of a system that is singular at ω, rad/s.
 pub(super) fn undamped_resonance_error(omega: f64) -> Error {
     let at = format!("at {} Hz", format_number(omega / std::f64::consts::TAU));
     if omega > MAX_OMEGA {
-        let message = format!("{at} the forces of inertia leave the range of numbers");
+        let message = format!("{at} the inertia forces overflow");
         return Error::new(Code::Overflow, message).with_hint("request lower frequencies");
     }
-    let message = format!("{at} the machine is at a resonance that nothing damps");
+    let message = format!("{at} the machine is at an undamped resonance");
     Error::new(Code::NotPositiveDefinite, message)
-        .with_hint("give the machine its damping, or request another frequency")
+        .with_hint("give the machine damping, or request another frequency")
 }

@@ -1,4 +1,4 @@
-//! Order excitations of a running machine, `e = a cos(n Ω t)`, declared or of unit amplitude.
+//! Order excitations of a rotating machine, `e = a cos(n Ω t)`, with declared or unit amplitude.
 
 use crate::base::error::Error;
 use crate::machine::components::{ErrorAction, Machine};
@@ -9,39 +9,39 @@ use crate::modes::excitation_orders::{
 };
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::scene::laws::Waveform;
 
-/// One order of one source.
+/// Displacement excitation at one order of one source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderExcitation {
-    /// Per turn of the reference.
+    /// Order, cycles per revolution of the reference.
     pub order: f64,
-    /// The same as a fraction, where it is one.
+    /// Order as a fraction, else as a decimal number.
     pub fraction: String,
-    /// Description of the excitation source.
+    /// Source: element and cause.
     pub source: String,
-    /// The branches it acts in, each with its share of the amplitude and its phase.
+    /// Excited branches, each with its complex factor of the amplitude.
     pub branches: Vec<(usize, Complex)>,
     /// Displacement amplitude, m or rad.
     pub amplitude: f64,
-    /// The amplitude is declared, not assumed.
+    /// Whether the amplitude is declared in the scene; otherwise it is [`UNIT_AMPLITUDE`].
     pub declared: bool,
 }
 
-/// Default amplitude where none is declared, m.
+/// Default amplitude of an undeclared excitation, m.
 pub const UNIT_AMPLITUDE: f64 = 1e-6;
 
-/// Harmonics of a mesh that are looked at.
+/// Number of mesh harmonics.
 const MESH_HARMONICS: u32 = 3;
 
-/// Two orders are one to this, relative: products of ratios of teeth.
+/// Relative tolerance of equal orders, above the rounding of products of tooth ratios.
 const ORDER_TOLERANCE: f64 = 1e-9;
 
-/// All excitations of a machine, by rising order.
+/// Excitations of a machine, by rising order.
 ///
 /// # Errors
-/// Those of the mean speeds.
+/// Errors of the mean speeds.
 pub fn excitations(
     machine: &Machine,
     kinematics: &Kinematics,
@@ -51,17 +51,17 @@ pub fn excitations(
         rotation_multiples: 1,
         mesh_multiples: MESH_HARMONICS,
     };
-    let unit = mean_speeds(machine, kinematics, Some(1.0))?;
-    let known = excitation_orders(machine, kinematics, &options)?;
-    let mut all = declared_errors(machine, operating, &unit, &known);
-    let first = all.len();
-    let mut put = |order: f64, fraction: String, source: String, branches: &[usize]| {
+    let speeds = mean_speeds(machine, kinematics, Some(1.0))?;
+    let orders = excitation_orders(machine, kinematics, &options)?;
+    let mut excitations = declared_errors(machine, operating, &speeds, &orders);
+    let n_declared = excitations.len();
+    let mut add = |order: f64, fraction: String, source: String, branches: &[usize]| {
         let same = |e: &OrderExcitation| {
             (e.order - order).abs() <= ORDER_TOLERANCE * order
                 && e.branches.iter().any(|b| branches.contains(&b.0))
         };
-        if order > 0.0 && !branches.is_empty() && !all[..first].iter().any(same) {
-            all.push(OrderExcitation {
+        if order > 0.0 && !branches.is_empty() && !excitations[..n_declared].iter().any(same) {
+            excitations.push(OrderExcitation {
                 order,
                 fraction,
                 source,
@@ -74,50 +74,50 @@ pub fn excitations(
             });
         }
     };
-    let mut seen: Vec<(String, Vec<usize>)> = Vec::new();
-    for order in &known {
+    let mut meshes: Vec<(String, Vec<usize>)> = Vec::new();
+    for order in &orders {
         for source in &order.sources {
             let Some(gear) = source.gear else { continue };
             let branches = &machine.gears[gear].branches;
-            let what = match (source.cause, source.multiple) {
+            let name = match (source.cause, source.multiple) {
                 (ExcitationCause::Rotation, _) => {
                     format!("{}: {} turns", source.element, source.member)
                 }
                 (ExcitationCause::Mesh, multiple) => {
-                    // Both gears of a pair name its mesh.
+                    // Both gears of a pair list its mesh.
                     let mesh = (order.fraction.clone(), branches.clone());
-                    if seen.contains(&mesh) {
+                    if meshes.contains(&mesh) {
                         continue;
                     }
-                    seen.push(mesh);
+                    meshes.push(mesh);
                     match multiple {
                         1 => format!("{}: mesh", source.element),
                         n => format!("{}: mesh × {n}", source.element),
                     }
                 }
             };
-            put(order.value, order.fraction.clone(), what, branches);
+            add(order.value, order.fraction.clone(), name, branches);
             if source.cause != ExcitationCause::Mesh || source.multiple != 1 {
                 continue;
             }
-            for turning in &known {
-                for member in turning
+            for rotation in &orders {
+                for member in rotation
                     .sources
                     .iter()
                     .filter(|m| m.cause == ExcitationCause::Rotation && m.element == source.element)
                 {
-                    for (sign, word) in [(-1.0, "−"), (1.0, "+")] {
-                        let value = order.value + sign * turning.value;
-                        let exact = order.exact.as_ref().zip(turning.exact.as_ref());
+                    for (sign, symbol) in [(-1.0, "−"), (1.0, "+")] {
+                        let value = order.value + sign * rotation.value;
+                        let exact = order.exact.as_ref().zip(rotation.exact.as_ref());
                         let text = exact.map(|(mesh, turn)| match sign < 0.0 {
                             true => mesh - turn,
                             false => mesh + turn,
                         });
                         let text = text.map_or_else(|| format!("{value:.9}"), |f| f.to_string());
-                        put(
+                        add(
                             value,
                             text,
-                            format!("{}: mesh {word} {}", source.element, member.member),
+                            format!("{}: mesh {symbol} {}", source.element, member.member),
                             branches,
                         );
                     }
@@ -125,31 +125,31 @@ pub fn excitations(
             }
         }
     }
-    sort_rising(&mut all, |a| a.order);
-    Ok(all)
+    sort_ascending(&mut excitations, |a| a.order);
+    Ok(excitations)
 }
 
-/// The errors a scene declares, harmonic by harmonic, on the flanks that carry.
+/// Declared errors of the scene by harmonic, on the active flanks.
 fn declared_errors(
     machine: &Machine,
     operating: &OperatingPoint,
-    unit: &[f64],
-    known: &[ExcitationOrder],
+    speeds: &[f64],
+    orders: &[ExcitationOrder],
 ) -> Vec<OrderExcitation> {
     let flank = |branch: usize| usize::from(operating.state(branch) == ActiveFlank::Coast);
-    let mut all = Vec::new();
+    let mut excitations = Vec::new();
     for error in &machine.errors {
-        let carried = error.carrier.map_or(0.0, |c| unit[c]);
-        let turns = (unit[error.rotation_dof] - carried).abs();
+        let carrier_speed = error.carrier.map_or(0.0, |c| speeds[c]);
+        let speed = (speeds[error.rotation_dof] - carrier_speed).abs();
         let node = machine.dofs[error.rotation_dof].node;
-        let rotation = known.iter().find(|o| {
+        let rotation = orders.iter().find(|o| {
             let turns =
                 |s: &ExcitationSource| s.cause == ExcitationCause::Rotation && s.node == node;
             error.carrier.is_none() && o.sources.iter().any(turns)
         });
         let waveform = error.averaged.as_ref().unwrap_or(&error.waveform);
         for (n, amplitude) in harmonics(waveform) {
-            let order = f64::from(n) * turns * error.periods_per_rev.0 as f64
+            let order = f64::from(n) * speed * error.periods_per_rev.0 as f64
                 / error.periods_per_rev.1 as f64;
             let exact = rotation.and_then(|o| o.exact.as_ref());
             let text = exact
@@ -162,14 +162,14 @@ fn declared_errors(
                 continue;
             }
             let share = |act: &ErrorAction| {
-                let reach = act.flanks[flank(act.branch)];
-                let phase = f64::from(n) * reach.phase;
+                let action = act.flanks[flank(act.branch)];
+                let phase = f64::from(n) * action.phase;
                 (
                     act.branch,
-                    Complex::new(phase.cos(), phase.sin()) * reach.gain,
+                    Complex::new(phase.cos(), phase.sin()) * action.gain,
                 )
             };
-            all.push(OrderExcitation {
+            excitations.push(OrderExcitation {
                 order,
                 fraction: text,
                 source: format!("{}: {}", error.location, error.cause.name()),
@@ -179,19 +179,19 @@ fn declared_errors(
             });
         }
     }
-    all
+    excitations
 }
 
-/// Harmonics of a shape per period with their amplitudes; of a table as many as it can tell, of steps as many as of a mesh.
+/// Harmonics per period with their amplitudes: all of a Fourier series or a table, [`MESH_HARMONICS`] of a rectangular wave.
 fn harmonics(waveform: &Waveform) -> Vec<(u32, f64)> {
-    let known = |(n, a, _): (u32, f64, f64)| (n, a);
+    let amplitude = |(n, a, _): (u32, f64, f64)| (n, a);
     match waveform {
-        Waveform::Fourier { .. } => waveform.harmonics().into_iter().map(known).collect(),
+        Waveform::Fourier { .. } => waveform.harmonics().into_iter().map(amplitude).collect(),
         Waveform::Table(values) => {
             let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            // What is left below is rounding of the transform.
-            let all = waveform.harmonics().into_iter().map(known);
-            all.filter(|t| t.1 > 1e-12 * size).collect()
+            // Smaller amplitudes are rounding of the transform.
+            let terms = waveform.harmonics().into_iter().map(amplitude);
+            terms.filter(|t| t.1 > 1e-12 * size).collect()
         }
         Waveform::Rectangular { high, low, duty } => (1..=MESH_HARMONICS)
             .map(|n| {

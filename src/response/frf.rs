@@ -1,4 +1,4 @@
-//! Frequency response matrix by direct solution or by modal sum, with a check of the sum.
+//! Frequency response matrix by direct solution or by modal superposition, which is verified at check frequencies.
 
 use std::time::Instant;
 
@@ -14,20 +14,20 @@ use crate::numeric::{Complex, ComplexMatrix};
 /// Solution method of frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseMethod {
-    /// The dynamic stiffness solved at every line.
+    /// Direct solution with the dynamic stiffness at every frequency line.
     Direct,
-    /// A sum over all modes.
+    /// Superposition of all modes.
     Modal,
 }
 
-/// Frequency response matrices, outputs by inputs, line by line.
+/// Frequency response matrices over frequency.
 #[derive(Debug, Clone)]
 pub struct FrfMatrix {
-    /// rad/s.
+    /// Frequencies, rad/s.
     pub omega: Vec<f64>,
-    /// Outputs by inputs, line by line.
+    /// Frequency responses, outputs by inputs, one matrix per frequency.
     pub values: Vec<ComplexMatrix>,
-    /// Solver that was used.
+    /// Solver used.
     pub solver: SolverKind,
     /// Size, checks and accuracy of the solution.
     pub stats: ResponseStats,
@@ -36,39 +36,39 @@ pub struct FrfMatrix {
 /// Solver of the frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolverKind {
-    /// Dense matrices, line by line.
+    /// Direct solution with dense matrices.
     Dense,
-    /// Sparse matrices, line by line.
+    /// Direct solution with sparse matrices.
     Sparse,
-    /// Real modes.
+    /// Superposition of real modes.
     RealModes,
-    /// Complex modes.
+    /// Superposition of complex modes.
     ComplexModes,
 }
 
 /// Size of a frequency-response solution, its checks and its accuracy.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResponseStats {
-    /// Coordinates solved for.
+    /// Number of coordinates.
     pub coordinates: usize,
-    /// Lines that were solved directly as well.
+    /// Number of check frequencies with a direct solution.
     pub checked: usize,
-    /// Largest difference there, of the largest value of the same output and input at those lines; absent where lines were
-    /// solved directly in the first place.
+    /// Largest error of the modal sum at the check frequencies, relative to the largest response of the same output and input; `None` for a
+    /// direct solution.
     pub error: Option<f64>,
-    /// The modes were given up for the direct solution, since they differed by so much.
+    /// Error for which the modal sum was rejected in favour of the direct solution.
     pub rejected_error: Option<f64>,
-    /// s.
+    /// Computing time, s.
     pub seconds: f64,
 }
 
-/// Lines at which a sum over modes is compared with the direct solution.
+/// Number of frequencies at which the modal sum is compared with the direct solution.
 const CHECK_LINES: usize = 5;
 
-/// Differences from the direct solution beyond this give the modes up.
+/// Largest accepted relative error of the modal sum.
 const MAX_MODAL_ERROR: f64 = 1e-8;
 
-/// A machine between its inputs and outputs, ready to be evaluated at any frequency.
+/// Frequency-response solver of a machine between its inputs and outputs.
 pub struct ResponseSolver {
     direct: DirectSolver,
     modes: Option<ModalSum>,
@@ -77,10 +77,10 @@ pub struct ResponseSolver {
 }
 
 impl ResponseSolver {
-    /// Sets up the equations, and takes them apart into modes where these are wanted and come apart.
+    /// Assembles the equations and, for the modal method, decouples them into modes if possible.
     ///
     /// # Errors
-    /// Prescribed motions that exclude each other; a displacement imposed where nothing carries it; those of the modes.
+    /// Conflicting prescribed motions; a displacement imposed in a branch without stiffness; errors of the modes.
     pub fn new(
         model: &OperatingModel,
         ports: &Ports,
@@ -105,7 +105,7 @@ impl ResponseSolver {
         })
     }
 
-    /// Kind of solver in use.
+    /// Solver in use.
     pub fn kind(&self) -> SolverKind {
         match &self.modes {
             Some(modes) if modes.is_complex() => SolverKind::ComplexModes,
@@ -115,10 +115,10 @@ impl ResponseSolver {
         }
     }
 
-    /// Outputs by inputs at ω, rad/s.
+    /// Frequency response, outputs by inputs, at ω, rad/s.
     ///
     /// # Errors
-    /// At rest what a free machine does not have; undamped resonances.
+    /// Outputs of a free machine without a static value; undamped resonances.
     pub fn response_at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
         match &self.modes {
             Some(modes) if omega > 0.0 || self.direct.system().n_rigid() == 0 => {
@@ -128,10 +128,10 @@ impl ResponseSolver {
         }
     }
 
-    /// Compares the sum over modes with direct solutions at a few of the lines, and gives it up where they differ.
+    /// Compares the modal sum with the direct solution at check frequencies out of `omega`, rad/s, and drops it if they differ.
     ///
     /// # Errors
-    /// Those of [`ResponseSolver::response_at`].
+    /// Errors of [`ResponseSolver::response_at`].
     pub fn check(&mut self, omega: &[f64]) -> Result<(), Error> {
         if self.modes.is_none() {
             return Ok(());
@@ -140,15 +140,15 @@ impl ResponseSolver {
             .into_iter()
             .map(|k| omega[k])
             .collect();
-        let of = |at: &dyn Fn(f64) -> Result<ComplexMatrix, Error>| {
+        let responses = |solve: &dyn Fn(f64) -> Result<ComplexMatrix, Error>| {
             checked
                 .iter()
-                .map(|&w| at(w))
+                .map(|&w| solve(w))
                 .collect::<Result<Vec<_>, Error>>()
         };
         let error = difference(
-            &of(&|w| self.response_at(w))?,
-            &of(&|w| self.direct.response_at(w))?,
+            &responses(&|w| self.response_at(w))?,
+            &responses(&|w| self.direct.response_at(w))?,
         );
         self.stats.checked = checked.len();
         if error <= MAX_MODAL_ERROR {
@@ -161,13 +161,13 @@ impl ResponseSolver {
     }
 }
 
-/// Responses between all inputs and outputs at the frequencies `omega`, rad/s, none negative.
+/// Frequency responses between all inputs and outputs at the frequencies `omega`, rad/s, zero or positive.
 ///
-/// A sum over modes is compared with direct solutions at a few lines, and given up where they differ.
+/// A modal sum is compared with the direct solution at check frequencies and dropped if they differ.
 ///
 /// # Errors
-/// Names of nothing are found earlier, by [`Ports::parse`]; here: frequencies that cannot be; lines at rest of a free machine;
-/// undamped resonances; prescribed motions that exclude each other.
+/// Negative or infinite frequencies; a static response of a free machine; undamped resonances; conflicting prescribed motions. Unknown
+/// names are rejected by [`Ports::parse`].
 pub fn frf_matrix(
     model: &OperatingModel,
     ports: &Ports,
@@ -175,10 +175,10 @@ pub fn frf_matrix(
     method: ResponseMethod,
 ) -> Result<FrfMatrix, Error> {
     let start = Instant::now();
-    if let Some(bad) = omega.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
-        let message = format!("a frequency of {bad} rad/s cannot be");
+    if let Some(invalid) = omega.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
+        let message = format!("a frequency of {invalid} rad/s is invalid");
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("frequencies are finite, and zero or above"));
+            .with_hint("give finite frequencies of zero or more"));
     }
     let mut solver = ResponseSolver::new(model, ports, method)?;
     solver.check(omega)?;
@@ -186,7 +186,7 @@ pub fn frf_matrix(
         .iter()
         .map(|&w| solver.response_at(w))
         .collect::<Result<Vec<_>, Error>>()?;
-    let how = solver.kind();
+    let kind = solver.kind();
     let stats = ResponseStats {
         seconds: start.elapsed().as_secs_f64(),
         ..solver.stats
@@ -194,12 +194,12 @@ pub fn frf_matrix(
     Ok(FrfMatrix {
         omega: omega.to_vec(),
         values,
-        solver: how,
+        solver: kind,
         stats,
     })
 }
 
-/// A few lines, spread evenly.
+/// Indices of the check frequencies, evenly distributed.
 fn check_lines(lines: usize) -> Vec<usize> {
     let count = CHECK_LINES.min(lines);
     (0..count)
@@ -207,28 +207,28 @@ fn check_lines(lines: usize) -> Vec<usize> {
         .collect()
 }
 
-/// The largest difference, of the largest exact value of the same output and input.
+/// Largest error relative to the largest exact value of the same output and input.
 pub fn difference(values: &[ComplexMatrix], exact: &[ComplexMatrix]) -> f64 {
     let Some(first) = exact.first() else {
         return 0.0;
     };
-    let mut worst = 0.0f64;
+    let mut largest_error = 0.0f64;
     for o in 0..first.nrows() {
         for i in 0..first.ncols() {
             let largest = exact.iter().map(|e| modulus(e[(o, i)])).fold(0.0, f64::max);
-            let apart = |(v, e): (&ComplexMatrix, &ComplexMatrix)| modulus(v[(o, i)] - e[(o, i)]);
-            let off = values.iter().zip(exact).map(apart).fold(0.0, f64::max);
-            if off > 0.0 {
-                worst = worst.max(off / largest);
+            let error = |(v, e): (&ComplexMatrix, &ComplexMatrix)| modulus(v[(o, i)] - e[(o, i)]);
+            let error_max = values.iter().zip(exact).map(error).fold(0.0, f64::max);
+            if error_max > 0.0 {
+                largest_error = largest_error.max(error_max / largest);
             }
         }
     }
-    worst
+    largest_error
 }
 
 fn finite(value: ComplexMatrix, omega: f64) -> Result<ComplexMatrix, Error> {
-    let is = |z: &Complex| z.re.is_finite() && z.im.is_finite();
-    if (0..value.ncols()).all(|j| value.col_as_slice(j).iter().all(is)) {
+    let is_finite = |z: &Complex| z.re.is_finite() && z.im.is_finite();
+    if (0..value.ncols()).all(|j| value.col_as_slice(j).iter().all(is_finite)) {
         return Ok(value);
     }
     Err(undamped_resonance_error(omega))

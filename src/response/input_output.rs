@@ -143,7 +143,7 @@ impl PortBuilder<'_> {
             let Some(branch) = self.branch(index) else {
                 let name = self.machine.branch_name(index);
                 let message = format!(
-                    "a displacement imposed in `{name}` moves nothing: it is open at the operating point, or both its ends move as one"
+                    "a displacement imposed in `{name}` has no effect: it is open at the operating point, or both its ends move alike"
                 );
                 return Err(Error::new(Code::Conflict, message)
                     .with_hint("state the torques in [[load]] that close it"));
@@ -177,7 +177,7 @@ impl PortBuilder<'_> {
             }
             if branch.law == BranchLaw::Rigid {
                 let message = format!(
-                    "`{}` holds a body rigidly to the ground, which is to move along {}",
+                    "`{}` connects a body rigidly to the ground, whose motion along {} is the input",
                     self.machine.branch_name(index),
                     axis.name()
                 );
@@ -189,11 +189,11 @@ impl PortBuilder<'_> {
         }
         if imposed.is_empty() {
             let message = format!(
-                "nothing of this machine is joined to the ground along {}",
+                "no element of this machine is connected to the ground along {}",
                 axis.name()
             );
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("a bearing, or a shaft to \"ground\", joins it"));
+                .with_hint("connect it by a bearing or a shaft to \"ground\""));
         }
         Ok(imposed)
     }

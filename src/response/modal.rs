@@ -1,6 +1,6 @@
-//! Frequency response as a sum over real or complex modes, with a static term.
+//! Frequency response by superposition of real or complex modes, with a static term.
 //!
-//! Every mode counts, so that the sum is exact but for rounding.
+//! All modes are included, so the sum is exact up to rounding.
 
 use super::system::InputOutputSystem;
 use crate::base::error::Error;
@@ -10,35 +10,35 @@ use crate::modes::system_matrices::SystemMatrices;
 use crate::numeric::vector_ops::dot;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, eigen, symmetric};
 
-/// A system taken apart into modes.
+/// Modal superposition of an input–output system.
 pub struct ModalSum {
     system: InputOutputSystem,
     real: RealModes,
     complex: Option<ComplexModes>,
-    /// c D⁻¹ b of what follows statically.
+    /// Static term `c K⁻¹ b` of the massless coordinates, outputs by inputs.
     static_term: Matrix,
 }
 
-/// Real modes: `Σ_k r_k / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
+/// Real modes with the response `Σ_k r_k / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
 struct RealModes {
     stiffness: Vec<f64>,
     damping: Vec<f64>,
-    lossy: Vec<f64>,
-    /// `r_k` of every row and column, column by column.
+    hysteretic: Vec<f64>,
+    /// Residues `r_k` of every output row and input column, column by column.
     residues: Vec<Vec<f64>>,
 }
 
-/// Complex modes: `Σ_k r_k / (s − λ_k)`.
+/// Complex modes with the response `Σ_k r_k / (s − λ_k)`.
 struct ComplexModes {
     roots: Vec<Complex>,
-    /// `r_k` of every row and column, column by column.
+    /// Residues `r_k` of every output row and input column, column by column.
     residues: Vec<Vec<Complex>>,
 }
 
 impl RealModes {
-    /// The first `modes` coordinates, read by rows and loaded by columns.
+    /// Modes of the first `modes` coordinates with output rows and input columns.
     fn new(
-        (reads, loads): (&Matrix, &Matrix),
+        (outputs, inputs): (&Matrix, &Matrix),
         e: &SystemMatrices,
         basis: &ModalBasis,
         modes: usize,
@@ -46,24 +46,24 @@ impl RealModes {
         RealModes {
             stiffness: (0..modes).map(|k| stiffness(e, basis, k, k)).collect(),
             damping: (0..modes).map(|k| e.damping[(k, k)]).collect(),
-            lossy: (0..modes)
+            hysteretic: (0..modes)
                 .map(|k| e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]))
                 .collect(),
-            residues: residues(reads.nrows(), loads.ncols(), |row, column| {
+            residues: residues(outputs.nrows(), inputs.ncols(), |row, column| {
                 (0..modes)
-                    .map(|k| reads[(row, k)] * loads[(k, column)])
+                    .map(|k| outputs[(row, k)] * inputs[(k, column)])
                     .collect()
             }),
         }
     }
 
-    /// Real and imaginary parts of `1 / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
+    /// Real and imaginary parts of the modal receptances `1 / (K_k − ω² + i (d_k ω + h_k sgn ω))`.
     fn weights(&self, omega: f64) -> (Vec<f64>, Vec<f64>) {
         let sign = if omega == 0.0 { 0.0 } else { omega.signum() };
         (0..self.stiffness.len())
             .map(|k| {
                 let re = self.stiffness[k] - omega * omega;
-                let im = self.damping[k] * omega + self.lossy[k] * sign;
+                let im = self.damping[k] * omega + self.hysteretic[k] * sign;
                 let square = re * re + im * im;
                 (re / square, -im / square)
             })
@@ -71,7 +71,7 @@ impl RealModes {
     }
 }
 
-/// Terms of every row and column, column by column.
+/// Evaluates `terms` for every output row and input column, column by column.
 fn residues<T>(rows: usize, columns: usize, terms: impl Fn(usize, usize) -> Vec<T>) -> Vec<Vec<T>> {
     (0..columns)
         .flat_map(|column| (0..rows).map(move |row| (row, column)))
@@ -80,11 +80,11 @@ fn residues<T>(rows: usize, columns: usize, terms: impl Fn(usize, usize) -> Vec<
 }
 
 impl ModalSum {
-    /// The modes of a system over modal coordinates, those of [`InputOutputSystem::modal_system`]; `None` where they do not come apart: a rigid
-    /// motion that damping couples to others, loss factors that are not proportional.
+    /// Decouples a system in the modal coordinates of [`InputOutputSystem::modal_system`]; `None` if that fails: a rigid-body mode coupled
+    /// by damping, or non-proportional hysteretic damping.
     ///
     /// # Errors
-    /// Those of the eigenvalue problem.
+    /// Errors of the eigenvalue problem.
     pub(super) fn new(
         system: InputOutputSystem,
         matrices: &SystemMatrices,
@@ -100,7 +100,7 @@ impl ModalSum {
         ModalSum::from_complex_modes(system, matrices, basis)
     }
 
-    /// The modes are complex.
+    /// Whether the modes are complex.
     pub fn is_complex(&self) -> bool {
         self.complex.is_some()
     }
@@ -111,18 +111,16 @@ impl ModalSum {
         basis: &ModalBasis,
     ) -> Result<ModalSum, Error> {
         let modes = basis.omega.len();
-        let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
-        let real = RealModes::new((&all_reads, &all_loads), e, basis, modes);
-        let light = system.len() - modes;
-        let still = match light {
-            0 => Matrix::zeros(all_reads.nrows(), all_loads.ncols()),
+        let (outputs, inputs) = (system.output_matrix(), system.input_matrix());
+        let real = RealModes::new((&outputs, &inputs), e, basis, modes);
+        let count = system.len() - modes;
+        let static_term = match count {
+            0 => Matrix::zeros(outputs.nrows(), inputs.ncols()),
             _ => {
                 let block =
-                    Matrix::from_fn(light, light, |i, j| e.stiffness[(modes + i, modes + j)]);
-                let loads =
-                    Matrix::from_fn(light, all_loads.ncols(), |i, j| all_loads[(modes + i, j)]);
-                let reads =
-                    Matrix::from_fn(all_reads.nrows(), light, |i, j| all_reads[(i, modes + j)]);
+                    Matrix::from_fn(count, count, |i, j| e.stiffness[(modes + i, modes + j)]);
+                let loads = Matrix::from_fn(count, inputs.ncols(), |i, j| inputs[(modes + i, j)]);
+                let reads = Matrix::from_fn(outputs.nrows(), count, |i, j| outputs[(i, modes + j)]);
                 reads * symmetric::lu_solve(&block, &loads)?
             }
         };
@@ -130,7 +128,7 @@ impl ModalSum {
             system,
             real,
             complex: None,
-            static_term: still,
+            static_term,
         })
     }
 
@@ -140,8 +138,8 @@ impl ModalSum {
         basis: &ModalBasis,
     ) -> Result<Option<ModalSum>, Error> {
         let (rigid, n) = (system.rigid, system.len());
-        let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
-        let couples = |i: usize| {
+        let (outputs, inputs) = (system.output_matrix(), system.input_matrix());
+        let is_coupled = |i: usize| {
             (0..n).any(|j| {
                 j != i
                     && (e.damping[(i, j)] != 0.0
@@ -150,60 +148,58 @@ impl ModalSum {
                         || e.stiffness[(j, i)] != 0.0)
             })
         };
-        if (0..rigid).any(couples) {
+        if (0..rigid).any(is_coupled) {
             return Ok(None);
         }
-        let rest = n - rigid;
-        let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
+        let size = n - rigid;
+        let block = |a: &Matrix| Matrix::from_fn(size, size, |i, j| a[(rigid + i, rigid + j)]);
         let elastic = SystemMatrices {
-            mass: Matrix::from_fn(rest, rest, |i, j| {
+            mass: Matrix::from_fn(size, size, |i, j| {
                 if i == j && rigid + i < basis.omega.len() {
                     1.0
                 } else {
                     0.0
                 }
             }),
-            damping: cut(&e.damping),
-            stiffness: Matrix::from_fn(rest, rest, |i, j| {
+            damping: block(&e.damping),
+            stiffness: Matrix::from_fn(size, size, |i, j| {
                 stiffness(e, basis, rigid + i, rigid + j)
             }),
             hysteretic: None,
-            massless: (basis.omega.len() - rigid..rest).collect(),
+            massless: (basis.omega.len() - rigid..size).collect(),
             names: e.names[rigid..].to_vec(),
-            transform: Matrix::zeros(0, rest),
+            transform: Matrix::zeros(0, size),
         };
-        let forces = Matrix::from_fn(rest, all_loads.ncols(), |i, j| all_loads[(rigid + i, j)]);
-        let first = first_order(&elastic, &forces)?;
-        let reads = Matrix::from_fn(all_reads.nrows(), rest, |i, j| all_reads[(i, rigid + j)]);
-        let still = &reads * &first.r_from_u;
-        let states = first.a.nrows();
+        let forces = Matrix::from_fn(size, inputs.ncols(), |i, j| inputs[(rigid + i, j)]);
+        let state_space = first_order(&elastic, &forces)?;
+        let reads = Matrix::from_fn(outputs.nrows(), size, |i, j| outputs[(i, rigid + j)]);
+        let static_term = &reads * &state_space.r_from_u;
+        let states = state_space.a.nrows();
         let mut complex = None;
         if states > 0 {
-            let eigen = eigen::eigen(&first.a)?;
-            let seen = &reads * &first.r_from_x;
+            let eigen = eigen::eigen(&state_space.a)?;
+            let state_outputs = &reads * &state_space.r_from_x;
             let real = |a: &Matrix| {
                 ComplexMatrix::from_fn(a.nrows(), a.ncols(), |i, j| Complex::new(a[(i, j)], 0.0))
             };
-            let shown = real(&seen) * &eigen.right;
-            let reached = symmetric::lu_solve_complex(&eigen.right, &real(&first.b))?;
+            let c = real(&state_outputs) * &eigen.right;
+            let b = symmetric::lu_solve_complex(&eigen.right, &real(&state_space.b))?;
             complex = Some(ComplexModes {
-                residues: residues(shown.nrows(), reached.ncols(), |row, column| {
-                    (0..states)
-                        .map(|k| shown[(row, k)] * reached[(k, column)])
-                        .collect()
+                residues: residues(c.nrows(), b.ncols(), |row, column| {
+                    (0..states).map(|k| c[(row, k)] * b[(k, column)]).collect()
                 }),
                 roots: eigen.values,
             });
         }
         Ok(Some(ModalSum {
-            real: RealModes::new((&all_reads, &all_loads), e, basis, rigid),
+            real: RealModes::new((&outputs, &inputs), e, basis, rigid),
             system,
             complex,
-            static_term: still,
+            static_term,
         }))
     }
 
-    /// Outputs by inputs at `s = iω`, ω in rad/s; infinite or no number where nothing damps a resonance at ω.
+    /// Frequency response, outputs by inputs, at `s = iω`, ω in rad/s; infinite or NaN at an undamped resonance.
     pub fn response_at(&self, omega: f64) -> ComplexMatrix {
         let s = Complex::new(0.0, omega);
         let (re, im) = self.real.weights(omega);
@@ -228,13 +224,13 @@ impl ModalSum {
     }
 }
 
-/// `K` of modal coordinates: squares of the frequencies, which keep their digits, and what is no square next to them.
+/// Modal stiffness; a diagonal entry equal to ω² up to rounding is replaced by the more accurate ω².
 fn stiffness(e: &SystemMatrices, basis: &ModalBasis, i: usize, j: usize) -> f64 {
     match basis.omega.get(i) {
         Some(omega)
             if i == j
                 && (e.stiffness[(i, i)] - omega * omega).abs()
-                    <= SQUARE * e.stiffness[(i, i)].abs() =>
+                    <= SQUARE_TOLERANCE * e.stiffness[(i, i)].abs() =>
         {
             omega * omega
         }
@@ -242,30 +238,30 @@ fn stiffness(e: &SystemMatrices, basis: &ModalBasis, i: usize, j: usize) -> f64 
     }
 }
 
-/// Relative: K summed from branches differs so from ω² of their squares by rounding, not by terms that are no squares.
-const SQUARE: f64 = 1e-9;
+/// Relative difference of K and ω² attributed to rounding.
+const SQUARE_TOLERANCE: f64 = 1e-9;
 
-/// Rounding tolerance relative to the geometric mean of the diagonal: smaller entries next to it are rounding of the sums.
+/// Tolerance of off-diagonal entries relative to the geometric mean of the diagonal; smaller ones are rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// Nothing couples the modes to each other, nor to coordinates without inertia, and these only follow statically.
+/// Whether damping and stiffness couple no modes, and the massless coordinates are undamped.
 fn is_proportional(e: &SystemMatrices, modes: usize) -> bool {
     let n = e.len();
-    let apart = |a: &Matrix| {
-        let small =
+    let diagonal = |a: &Matrix| {
+        let is_small =
             |i: usize, j: usize| a[(i, j)].abs() <= ROUNDING * (a[(i, i)] * a[(j, j)]).abs().sqrt();
-        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || small(i, j)))
+        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || is_small(i, j)))
     };
-    let at_rest = |a: &Matrix| (modes..n).all(|i| (modes..n).all(|j| a[(i, j)] == 0.0));
-    let springs = {
-        let small = |i: usize, j: usize| {
+    let zero = |a: &Matrix| (modes..n).all(|i| (modes..n).all(|j| a[(i, j)] == 0.0));
+    let k_diagonal = {
+        let is_small = |i: usize, j: usize| {
             e.stiffness[(i, j)].abs()
                 <= ROUNDING * (e.stiffness[(i, i)] * e.stiffness[(j, j)]).abs().sqrt()
         };
-        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || small(i, j)))
+        (0..n).all(|i| (0..n).all(|j| i == j || (i >= modes && j >= modes) || is_small(i, j)))
     };
-    springs
-        && apart(&e.damping)
-        && at_rest(&e.damping)
-        && e.hysteretic.as_ref().is_none_or(|h| apart(h) && at_rest(h))
+    k_diagonal
+        && diagonal(&e.damping)
+        && zero(&e.damping)
+        && e.hysteretic.as_ref().is_none_or(|h| diagonal(h) && zero(h))
 }

@@ -171,15 +171,15 @@ pub fn output(machine: &Machine, name: &str) -> Result<Port<ResponseOutput>, Err
     let (mut sum, mut kind) = (Vec::new(), None);
     for (factor, term) in terms {
         let signals::OutputSignal::Dof(dof, times) = signals::parse_output(machine, term)? else {
-            let message = format!("`{term}` of `{name}` is no motion of a degree of freedom");
+            let message = format!("`{term}` of `{name}` is not the motion of a degree of freedom");
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("sums are of degrees of freedom: `work.theta - 1/27*motor.theta`"));
+                .with_hint("sums take degrees of freedom only: `work.theta - 1/27*motor.theta`"));
         };
         let own = (machine.dofs[dof].axis.is_rotation(), times);
         if kind.is_some_and(|kind: (bool, u8)| kind.1 != own.1) {
-            let message = format!("`{name}` adds unlike quantities");
+            let message = format!("`{name}` adds different quantities");
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("take all of its terms as displacements, speeds or accelerations"));
+                .with_hint("use displacements, speeds or accelerations for all of its terms"));
         }
         kind.get_or_insert(own);
         sum.push((dof, factor));

@@ -3,42 +3,42 @@
 use std::collections::VecDeque;
 
 use crate::base::error::Error;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Complex, ComplexMatrix};
 
-/// Responses on lines that follow them.
+/// Frequency responses on refined lines.
 #[derive(Debug, Clone)]
 pub struct RefinedResponse {
-    /// rad/s, rising.
+    /// Frequencies, rad/s, ascending.
     pub omega: Vec<f64>,
-    /// All outputs by all inputs at each.
+    /// Frequency responses, outputs by inputs, one matrix per frequency.
     pub values: Vec<ComplexMatrix>,
 }
 
-/// A piece is straight where its middle lies so near the chord, over the largest value of the response.
+/// Largest distance of the midpoint from the chord, relative to the largest response.
 const CHORD_TOLERANCE: f64 = 4e-3;
 
-/// And where the middle's size is the chord's to this, in natural logarithms: half a point of a plot of five decades.
+/// Largest deviation of the logarithmic magnitude at the midpoint, nepers; half a point on a plot of five decades.
 const LEVEL_TOLERANCE: f64 = 0.03;
 
-/// Angles on a peak's circle, to either side.
+/// Number of points on either side of a modal circle, 10° apart.
 const CIRCLE_POINTS: usize = 17;
 
-/// A piece shorter than this is not halved, relative.
+/// Smallest interval that is bisected, relative to its frequency.
 const MIN_INTERVAL: f64 = 1e-9;
 
-/// Lines added to `lines` at most, next to those of the peaks.
+/// Largest number of lines added by bisection.
 fn max_added_lines(lines: usize) -> usize {
     2 * lines + 1000
 }
 
-/// Puts lines between `omega`, on which `values` are known, where `at` needs them: near `peaks` (place and half-power width, rad/s) and
-/// wherever a piece is not straight. Where `at` has no answer nothing is put.
+/// Adds lines between `omega`, rad/s, with known `values`: on the modal circles of `peaks` (frequency and half-power width, rad/s), then by
+/// bisection of intervals with curved response. `h` evaluates new lines; failed ones are omitted.
 pub fn refine(
     omega: &[f64],
     values: Vec<ComplexMatrix>,
     peaks: &[(f64, f64)],
-    at: impl Fn(f64) -> Result<ComplexMatrix, Error>,
+    h: impl Fn(f64) -> Result<ComplexMatrix, Error>,
 ) -> RefinedResponse {
     let (Some(&first), Some(&last)) = (omega.first(), omega.last()) else {
         return RefinedResponse {
@@ -46,58 +46,58 @@ pub fn refine(
             values,
         };
     };
-    let mut all: Vec<(f64, ComplexMatrix)> = omega.iter().copied().zip(values).collect();
-    for &(place, width) in peaks {
+    let mut lines: Vec<(f64, ComplexMatrix)> = omega.iter().copied().zip(values).collect();
+    for &(centre, width) in peaks {
         for k in 0..=2 * CIRCLE_POINTS {
             let angle = (k as f64 - CIRCLE_POINTS as f64) * 10f64.to_radians();
-            let near = place + 0.5 * width * (0.5 * angle).tan();
-            if first < near
-                && near < last
-                && let Ok(value) = at(near)
+            let line = centre + 0.5 * width * (0.5 * angle).tan();
+            if first < line
+                && line < last
+                && let Ok(value) = h(line)
             {
-                all.push((near, value));
+                lines.push((line, value));
             }
         }
     }
-    sorted(&mut all);
-    let largest = max_magnitudes(&all);
-    // Pieces by the numbers of their ends; new lines are put behind and sorted in at the end.
-    let mut open: VecDeque<(usize, usize)> = (1..all.len()).map(|k| (k - 1, k)).collect();
-    let mut left = max_added_lines(omega.len());
-    while left > 0
-        && let Some((a, b)) = open.pop_front()
+    sort_lines(&mut lines);
+    let largest = max_magnitudes(&lines);
+    // Intervals by the indices of their ends; new lines are appended and sorted at the end.
+    let mut intervals: VecDeque<(usize, usize)> = (1..lines.len()).map(|k| (k - 1, k)).collect();
+    let mut n_left = max_added_lines(omega.len());
+    while n_left > 0
+        && let Some((a, b)) = intervals.pop_front()
     {
-        let middle = 0.5 * (all[a].0 + all[b].0);
-        if (all[b].0 - all[a].0).abs() < MIN_INTERVAL * middle.abs() {
+        let middle = 0.5 * (lines[a].0 + lines[b].0);
+        if (lines[b].0 - lines[a].0).abs() < MIN_INTERVAL * middle.abs() {
             continue;
         }
-        let Ok(value) = at(middle) else { continue };
-        left -= 1;
-        let straight = is_straight(&all[a].1, &value, &all[b].1, &largest);
-        all.push((middle, value));
-        let new = all.len() - 1;
-        if !straight {
-            open.extend([(a, new), (new, b)]);
+        let Ok(value) = h(middle) else { continue };
+        n_left -= 1;
+        let is_flat = is_straight(&lines[a].1, &value, &lines[b].1, &largest);
+        lines.push((middle, value));
+        let index = lines.len() - 1;
+        if !is_flat {
+            intervals.extend([(a, index), (index, b)]);
         }
     }
-    sorted(&mut all);
-    let (omega, values) = all.into_iter().unzip();
+    sort_lines(&mut lines);
+    let (omega, values) = lines.into_iter().unzip();
     RefinedResponse { omega, values }
 }
 
-fn sorted(all: &mut Vec<(f64, ComplexMatrix)>) {
-    sort_rising(all, |a| a.0);
-    all.dedup_by(|a, b| a.0 == b.0);
+fn sort_lines(lines: &mut Vec<(f64, ComplexMatrix)>) {
+    sort_ascending(lines, |a| a.0);
+    lines.dedup_by(|a, b| a.0 == b.0);
 }
 
-/// The largest size of every response.
-fn max_magnitudes(all: &[(f64, ComplexMatrix)]) -> Vec<f64> {
-    let Some((_, first)) = all.first() else {
+/// Largest magnitude of every response.
+fn max_magnitudes(lines: &[(f64, ComplexMatrix)]) -> Vec<f64> {
+    let Some((_, first)) = lines.first() else {
         return Vec::new();
     };
     let (rows, columns) = (first.nrows(), first.ncols());
     let size = |o: usize, i: usize| {
-        let sizes = all.iter().map(|v| v.1[(o, i)].norm());
+        let sizes = lines.iter().map(|v| v.1[(o, i)].norm());
         sizes.filter(|x| x.is_finite()).fold(0.0, f64::max)
     };
     (0..rows)
@@ -114,13 +114,13 @@ fn is_straight(
 ) -> bool {
     let columns = middle.ncols();
     largest.iter().enumerate().all(|(k, &largest)| {
-        let of = |m: &ComplexMatrix| -> Complex { m[(k / columns, k % columns)] };
-        let (a, m, b) = (of(a), of(middle), of(b));
-        let off = (m - (a + b) * 0.5).norm();
+        let entry = |m: &ComplexMatrix| -> Complex { m[(k / columns, k % columns)] };
+        let (a, m, b) = (entry(a), entry(middle), entry(b));
+        let distance = (m - (a + b) * 0.5).norm();
         let level = |z: Complex| z.norm().max(1e-12 * largest).ln();
-        let bent = (level(m) - 0.5 * (level(a) + level(b))).abs();
-        // What is no number bends nothing.
-        !(off > CHORD_TOLERANCE * largest) && !(bent > LEVEL_TOLERANCE)
+        let log_deviation = (level(m) - 0.5 * (level(a) + level(b))).abs();
+        // NaN counts as straight.
+        !(distance > CHORD_TOLERANCE * largest) && !(log_deviation > LEVEL_TOLERANCE)
     })
 }
 
@@ -128,7 +128,7 @@ fn is_straight(
 mod tests {
     use super::*;
 
-    /// A mode of 0.1 % damping between two lines of a coarse grid: its circle is drawn within the chord's bound, from few lines.
+    /// A mode of 0.1 % damping between two coarse lines: its circle is drawn within the chord tolerance, from few lines.
     #[test]
     fn exact_circle_between_lines() {
         let (natural, zeta) = (10.37_f64, 1e-3);
@@ -140,21 +140,21 @@ mod tests {
         let omega: Vec<f64> = (0..21).map(f64::from).collect();
         let values: Vec<ComplexMatrix> = omega.iter().filter_map(|w| response(*w).ok()).collect();
         let width = 2.0 * zeta * natural;
-        let found = refine(&omega, values, &[(natural, width)], response);
-        let top = found
+        let refined = refine(&omega, values, &[(natural, width)], response);
+        let top = refined
             .values
             .iter()
             .map(|v| v[(0, 0)].norm())
             .fold(0.0, f64::max);
         assert!((top * 2.0 * zeta - 1.0).abs() < 1e-3, "{top}");
-        assert!(found.omega.len() < 1100);
-        assert!(found.omega.windows(2).all(|w| w[0] < w[1]));
-        // Between any two lines the curve leaves its chord by no more than the bound.
-        for k in 1..found.omega.len() {
-            let middle = 0.5 * (found.omega[k - 1] + found.omega[k]);
-            let chord = (found.values[k - 1][(0, 0)] + found.values[k][(0, 0)]) * 0.5;
-            let there = response(middle).map_or(Complex::ZERO, |m| m[(0, 0)]);
-            assert!((there - chord).norm() < CHORD_TOLERANCE * top, "{middle}");
+        assert!(refined.omega.len() < 1100);
+        assert!(refined.omega.windows(2).all(|w| w[0] < w[1]));
+        // Between adjacent lines the curve deviates from its chord by at most the tolerance.
+        for k in 1..refined.omega.len() {
+            let middle = 0.5 * (refined.omega[k - 1] + refined.omega[k]);
+            let chord = (refined.values[k - 1][(0, 0)] + refined.values[k][(0, 0)]) * 0.5;
+            let value = response(middle).map_or(Complex::ZERO, |m| m[(0, 0)]);
+            assert!((value - chord).norm() < CHORD_TOLERANCE * top, "{middle}");
         }
     }
 }

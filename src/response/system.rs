@@ -1,7 +1,7 @@
 //! Input–output system `D(s) x = b(s) u`, `y = c(s) x + d(s) u`.
 //!
-//! b, c and d are sums of real columns and rows with the factors 1, s, s² and i sgn(Im s): what is prescribed acts through
-//! `−D_rh h`, a branch with an imposed displacement through `u (k + s c + iηk) e`.
+//! b, c and d are sums of real columns and rows with the factors 1, s, s² and i sgn(Im s): prescribed motions act by `−D_rh h`,
+//! displacements e imposed in a branch by `u (k + s c + iηk) e`.
 
 use super::constrained::{ConstrainedCoordinates, CoordinateInput};
 use super::dynamic_stiffness::{DynamicStiffness, SparseTransform, SparseVector, StiffnessEntry};
@@ -16,47 +16,47 @@ use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
-/// A machine at its operating point, as frequency responses need it.
+/// Machine with its operating point and linear model.
 #[derive(Clone, Copy)]
 pub struct OperatingModel<'a> {
-    /// The machine.
+    /// Machine.
     pub machine: &'a Machine,
-    /// Operating point, with its contact states.
+    /// Operating point with its contact states.
     pub operating: &'a OperatingPoint,
-    /// The same, linear.
+    /// Linear model at the operating point.
     pub model: &'a LinearModel,
-    /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; absent: at rest.
+    /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; `None` at standstill.
     pub speeds: Option<&'a [f64]>,
 }
 
 /// Input and output matrices on both sides of `D(s)`.
 pub struct InputOutputSystem {
-    /// Number of coordinates solved for.
+    /// Number of coordinates.
     n: usize,
-    /// The first coordinates are so many motions that strain nothing.
+    /// Number of rigid-body motions, which are the first coordinates.
     pub(super) rigid: usize,
-    /// Number of rigid motions that no damper resists either.
+    /// Number of undamped rigid-body motions.
     pub(super) undamped_rigid: usize,
-    /// Columns b.
+    /// Real columns of b.
     pub(super) input_columns: Vec<SparseVector>,
-    /// Rows c.
+    /// Real rows of c.
     pub(super) output_rows: Vec<SparseVector>,
     /// Factor terms of every input.
     pub(super) inputs: Vec<FactorTerms>,
     /// Factor terms of every output.
     pub(super) outputs: Vec<FactorTerms>,
-    /// d of every output and input.
+    /// Terms of d for every output and input.
     pub(super) feedthrough: Vec<Vec<Vec<(LaplaceFactor, f64)>>>,
     /// Names of the outputs, for messages.
     pub(super) names: Vec<String>,
 }
 
 impl InputOutputSystem {
-    /// Over single coordinates, with D entry by entry: what is solved line by line.
+    /// System over single coordinates with the entries of D, for the direct solution.
     ///
     /// # Errors
-    /// Prescribed motions that exclude each other; a displacement imposed where nothing carries it; those of the modes where
-    /// modal damping needs them.
+    /// Conflicting prescribed motions; a displacement imposed in a branch without stiffness; errors of the modes for modal
+    /// damping.
     pub(super) fn direct_system(
         model: &OperatingModel,
         ports: &Ports,
@@ -65,28 +65,28 @@ impl InputOutputSystem {
         let transform =
             SparseTransform::from_columns(coordinates.model.n, &coordinates.sparse_basis());
         let rigid = (coordinates.rigid.len(), coordinates.fixed.n_undamped_rigid);
-        let all = match damped_modes(model, &coordinates)? {
+        let entries = match damped_modes(model, &coordinates)? {
             Some(shapes) => {
-                let context = case(model, &coordinates, &shapes);
+                let setup = setup(model, &coordinates, &shapes);
                 let full =
-                    SystemMatrices::in_basis(&context, transform.matrix(), Vec::new(), rigid.0);
+                    SystemMatrices::in_basis(&setup, transform.matrix(), Vec::new(), rigid.0);
                 DynamicStiffness::from_dense(&full)
             }
             None => {
-                let none = ModalBasis::empty(coordinates.model.n);
-                DynamicStiffness::assemble(&case(model, &coordinates, &none), &transform, rigid.0)
+                let empty = ModalBasis::empty(coordinates.model.n);
+                DynamicStiffness::assemble(&setup(model, &coordinates, &empty), &transform, rigid.0)
             }
         };
-        let (own, beside) = all.split(transform.columns() - coordinates.prescribed.len());
+        let (d_rr, d_rh) = entries.split(transform.columns() - coordinates.prescribed.len());
         let system =
-            InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
-        Ok((system, own))
+            InputOutputSystem::build(model, ports, &coordinates, (&transform, &d_rh), rigid)?;
+        Ok((system, d_rr))
     }
 
-    /// Over the undamped modes of the machine with what is prescribed held still; the dense equations of these, and the modes.
+    /// System over the undamped modes with fixed prescribed motions, with its dense matrices and the modes.
     ///
     /// # Errors
-    /// Those of [`InputOutputSystem::direct_system`] and of the modes.
+    /// Errors of [`InputOutputSystem::direct_system`] and of the modes.
     pub(super) fn modal_system(
         model: &OperatingModel,
         ports: &Ports,
@@ -101,48 +101,48 @@ impl InputOutputSystem {
         let rigid = (basis.n_rigid, coordinates.fixed.n_undamped_rigid);
         let shapes = damped_modes(model, &coordinates)?;
         let shapes = shapes.unwrap_or_else(|| ModalBasis::empty(coordinates.model.n));
-        let context = case(model, &coordinates, &shapes);
-        let all = SystemMatrices::in_basis(&context, matrix, Vec::new(), rigid.0);
-        let n = all.len() - coordinates.prescribed.len();
-        let beside = match coordinates.prescribed.is_empty() {
+        let setup = setup(model, &coordinates, &shapes);
+        let full = SystemMatrices::in_basis(&setup, matrix, Vec::new(), rigid.0);
+        let n = full.len() - coordinates.prescribed.len();
+        let d_rh = match coordinates.prescribed.is_empty() {
             true => Vec::new(),
-            false => DynamicStiffness::from_dense(&all).split(n).1,
+            false => DynamicStiffness::from_dense(&full).split(n).1,
         };
         let system =
-            InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
-        let cut = |a: &Matrix| Matrix::from_fn(n, n, |i, j| a[(i, j)]);
+            InputOutputSystem::build(model, ports, &coordinates, (&transform, &d_rh), rigid)?;
+        let leading = |a: &Matrix| Matrix::from_fn(n, n, |i, j| a[(i, j)]);
         let matrices = SystemMatrices {
-            mass: cut(&all.mass),
-            damping: cut(&all.damping),
-            stiffness: cut(&all.stiffness),
-            hysteretic: all.hysteretic.as_ref().map(cut),
-            massless: all.massless.iter().copied().filter(|&j| j < n).collect(),
+            mass: leading(&full.mass),
+            damping: leading(&full.damping),
+            stiffness: leading(&full.stiffness),
+            hysteretic: full.hysteretic.as_ref().map(leading),
+            massless: full.massless.iter().copied().filter(|&j| j < n).collect(),
             names: (0..n).map(|j| format!("{}", j + 1)).collect(),
-            transform: Matrix::from_fn(all.transform.nrows(), n, |i, j| all.transform[(i, j)]),
+            transform: Matrix::from_fn(full.transform.nrows(), n, |i, j| full.transform[(i, j)]),
         };
         Ok((system, matrices, basis))
     }
 
-    /// Number of coordinates solved for.
+    /// Number of coordinates.
     pub fn len(&self) -> usize {
         self.n
     }
 
-    /// Nothing is free to move.
+    /// Whether there are no coordinates.
     pub fn is_empty(&self) -> bool {
         self.n == 0
     }
 
-    /// Motions that strain nothing while what is prescribed holds still.
+    /// Number of rigid-body motions with fixed prescribed motions.
     pub fn n_rigid(&self) -> usize {
         self.rigid
     }
 
-    fn over_band(
+    fn build(
         model: &OperatingModel,
         ports: &Ports,
         coordinates: &ConstrainedCoordinates,
-        (transform, beside): (&SparseTransform, &[StiffnessEntry]),
+        (transform, d_rh): (&SparseTransform, &[StiffnessEntry]),
         (rigid, undamped_rigid): (usize, usize),
     ) -> Result<InputOutputSystem, Error> {
         let n = transform.columns() - coordinates.prescribed.len();
@@ -151,7 +151,7 @@ impl InputOutputSystem {
             coordinates,
             beta: model.machine.damping.stiffness,
             transform,
-            prescribed_entries: beside,
+            prescribed_entries: d_rh,
             n,
         };
         let inputs = ports
@@ -159,61 +159,61 @@ impl InputOutputSystem {
             .iter()
             .map(|port| builder.input(port.kind))
             .collect::<Result<Vec<_>, _>>()?;
-        let cut = |(factor, all): &(LaplaceFactor, SparseVector)| {
-            let own = all.iter().copied().filter(|term| term.0 < n);
-            (*factor, own.collect::<SparseVector>())
+        let restrict = |(factor, vector): &(LaplaceFactor, SparseVector)| {
+            let terms = vector.iter().copied().filter(|term| term.0 < n);
+            (*factor, terms.collect::<SparseVector>())
         };
-        let (mut loads, mut reads) = (VectorSet::default(), VectorSet::default());
+        let (mut columns, mut rows) = (VectorSet::default(), VectorSet::default());
         let input_terms = inputs.iter().map(|input| {
-            let own = input.force.iter().map(cut);
-            loads.insert(own.chain(builder.prescribed(&input.prescribed)))
+            let terms = input.force.iter().map(restrict);
+            columns.insert(terms.chain(builder.prescribed(&input.prescribed)))
         });
         let input_terms = input_terms.collect();
-        let (mut output_terms, mut through) = (Vec::new(), Vec::new());
+        let (mut output_terms, mut feedthrough) = (Vec::new(), Vec::new());
         for port in &ports.outputs {
-            let read = builder.output(&port.kind);
-            let direct = inputs.iter().map(|input| builder.feedthrough(&read, input));
-            through.push(direct.collect());
-            output_terms.push(reads.insert(read.rows.iter().map(cut)));
+            let out = builder.output(&port.kind);
+            let direct = inputs.iter().map(|input| builder.feedthrough(&out, input));
+            feedthrough.push(direct.collect());
+            output_terms.push(rows.insert(out.rows.iter().map(restrict)));
         }
         Ok(InputOutputSystem {
             n,
             rigid,
             undamped_rigid,
-            input_columns: loads.all,
-            output_rows: reads.all,
+            input_columns: columns.all,
+            output_rows: rows.all,
             inputs: input_terms,
             outputs: output_terms,
-            feedthrough: through,
+            feedthrough,
             names: ports.outputs.iter().map(|port| port.name.clone()).collect(),
         })
     }
 
-    /// Columns b.
-    pub(super) fn load_columns(&self) -> Matrix {
-        let mut all = Matrix::zeros(self.n, self.input_columns.len());
-        for (j, load) in self.input_columns.iter().enumerate() {
-            load.iter().for_each(|&(i, b)| all[(i, j)] = b);
+    /// Real columns of b as a matrix.
+    pub(super) fn input_matrix(&self) -> Matrix {
+        let mut matrix = Matrix::zeros(self.n, self.input_columns.len());
+        for (j, column) in self.input_columns.iter().enumerate() {
+            column.iter().for_each(|&(i, b)| matrix[(i, j)] = b);
         }
-        all
+        matrix
     }
 
-    /// Rows c.
-    pub(super) fn read_rows(&self) -> Matrix {
-        let mut all = Matrix::zeros(self.output_rows.len(), self.n);
-        for (i, read) in self.output_rows.iter().enumerate() {
-            read.iter().for_each(|&(j, c)| all[(i, j)] = c);
+    /// Real rows of c as a matrix.
+    pub(super) fn output_matrix(&self) -> Matrix {
+        let mut matrix = Matrix::zeros(self.output_rows.len(), self.n);
+        for (i, row) in self.output_rows.iter().enumerate() {
+            row.iter().for_each(|&(j, c)| matrix[(i, j)] = c);
         }
-        all
+        matrix
     }
 
-    /// `Σ φ_c φ_b g(c, b) + d`, outputs by inputs, from `g = c D⁻¹ b` of every row and column.
+    /// Frequency response `Σ φ_c φ_b g(c, b) + d`, outputs by inputs, from `g = c D⁻¹ b` of every row and column.
     pub(super) fn combine(&self, s: Complex, g: impl Fn(usize, usize) -> Complex) -> ComplexMatrix {
         ComplexMatrix::from_fn(self.outputs.len(), self.inputs.len(), |o, i| {
             let mut sum = Complex::ZERO;
-            for &(read, row) in &self.outputs[o] {
-                for &(load, column) in &self.inputs[i] {
-                    sum += read.value_at(s) * load.value_at(s) * g(row, column);
+            for &(output, row) in &self.outputs[o] {
+                for &(input, column) in &self.inputs[i] {
+                    sum += output.value_at(s) * input.value_at(s) * g(row, column);
                 }
             }
             self.feedthrough[o][i]
@@ -225,14 +225,14 @@ impl InputOutputSystem {
     }
 }
 
-/// Tolerance of the shapes of a modal sum: a hundredth of the difference from the direct solution that is allowed.
+/// Tolerance of the mode shapes, a hundredth of the allowed error of the modal sum.
 const SHAPE_TOLERANCE: f64 = 1e-10;
 
-/// Most degrees of freedom whose natural frequencies are sought ahead of a response.
+/// Largest number of coordinates for which natural frequencies are computed before a response.
 const MAX_SEARCH_DOFS: usize = 400;
 
-/// Undamped natural frequencies in a band, rad/s, with what is prescribed held still, or free where that fails: near enough for a search;
-/// none of a large machine.
+/// Undamped natural frequencies in a band, rad/s, as initial estimates: with fixed prescribed motions, or with free ones if that fails;
+/// empty for a large machine.
 pub fn natural_frequencies(
     model: &OperatingModel,
     ports: &Ports,
@@ -244,8 +244,8 @@ pub fn natural_frequencies(
     let solve = |model: &LinearModel| {
         modal_basis::solve(model, UndampedSolver::Symmetric(1.0)).map(|b| b.omega)
     };
-    let held = coordinates(model, ports).and_then(|coordinates| solve(&coordinates.fixed));
-    let omega = held.or_else(|_| solve(model.model)).unwrap_or_default();
+    let fixed = coordinates(model, ports).and_then(|coordinates| solve(&coordinates.fixed));
+    let omega = fixed.or_else(|_| solve(model.model)).unwrap_or_default();
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
 
@@ -258,8 +258,8 @@ fn coordinates(model: &OperatingModel, ports: &Ports) -> Result<ConstrainedCoord
     ConstrainedCoordinates::new(&origin, ports)
 }
 
-/// The equations that are to be summed; modal damping refers to `shapes`.
-fn case<'a>(
+/// Context of the assembly; modal damping refers to `shapes`.
+fn setup<'a>(
     model: &OperatingModel<'a>,
     coordinates: &'a ConstrainedCoordinates,
     shapes: &'a ModalBasis,
@@ -272,7 +272,7 @@ fn case<'a>(
     }
 }
 
-/// The modes that modal damping refers to; nothing where there is none.
+/// Modes for modal damping; `None` without modal damping.
 fn damped_modes(
     model: &OperatingModel,
     coordinates: &ConstrainedCoordinates,
@@ -280,6 +280,6 @@ fn damped_modes(
     if !model.machine.damping.is_modal() {
         return Ok(None);
     }
-    let own = modal_basis::solve(model.model, UndampedSolver::Factored)?;
-    Ok(Some(coordinates.shapes(&own, model.model)))
+    let basis = modal_basis::solve(model.model, UndampedSolver::Factored)?;
+    Ok(Some(coordinates.shapes(&basis, model.model)))
 }

@@ -62,7 +62,7 @@ impl StandardTable {
                 PitchCones::Bevel { spiral_angle }
             }
             (0, Some(_), None) => {
-                return conflict("method 0 is of pairs without offset", "take method = 1");
+                return conflict("method 0 is for pairs without offset", "take method = 1");
             }
             (1, None, Some(pinion_spiral_angle)) if nominal.offset != 0.0 => PitchCones::Hypoid {
                 offset: nominal.offset,
@@ -71,25 +71,25 @@ impl StandardTable {
             (1, None, Some(_)) => {
                 return conflict(
                     "method 1 needs an offset",
-                    "give `offset` of the pair, or take method = 0",
+                    "give `offset` of the pair, or use method = 0",
                 );
             }
             (0, ..) => {
                 return conflict(
-                    "method 0 starts from `spiral_angle`",
+                    "method 0 needs `spiral_angle`",
                     "give the mean spiral angle of both gears in `blank`",
                 );
             }
             (1, ..) => {
                 return conflict(
-                    "method 1 starts from `pinion_spiral_angle`",
-                    "give the wanted spiral angle of the pinion in `blank`",
+                    "method 1 needs `pinion_spiral_angle`",
+                    "give the target spiral angle of the pinion in `blank`",
                 );
             }
             (method, Some(wheel_spiral_angle), None) if nominal.offset != 0.0 => {
                 let Some(blade_groups) = self.blade_groups else {
                     return conflict(
-                        "methods 2 and 3 are of cutters that hob, with blade groups",
+                        "methods 2 and 3 are for face hobbing with blade groups",
                         "give `blade_groups`",
                     );
                 };
@@ -105,15 +105,15 @@ impl StandardTable {
             }
             _ => {
                 return conflict(
-                    "methods 2 and 3 start from `spiral_angle`, that of the gear, and an offset",
-                    "give both, or take method = 0 for a pair without offset",
+                    "methods 2 and 3 need `spiral_angle` of the gear and an offset",
+                    "give both, or use method = 0 for a pair without offset",
                 );
             }
         };
         if self.blade_groups.is_some() && self.method < 2 {
             return conflict(
-                "`blade_groups` is of methods 2 and 3",
-                "leave it out: methods 0 and 1 are of face-milled pairs",
+                "`blade_groups` applies to methods 2 and 3 only",
+                "omit it: methods 0 and 1 are for face-milled pairs",
             );
         }
         Ok(BlankDesign {
@@ -305,7 +305,7 @@ pub(super) fn no_blanks(design: &BlankDesign, fault: &BlankFault) -> Error {
         }
         BlankFault::NoFace { member } => (
             format!(
-                "at this offset the face of the {} does not lie across that of its mate",
+                "at this offset the face of the {} does not overlap that of its mate",
                 MEMBERS[*member]
             ),
             "take a smaller offset or a smaller face_width",

@@ -34,7 +34,7 @@ use crate::gear::contact::pair::Assembly;
 use crate::gear::cylindrical::member::MEMBERS;
 use crate::gear::hand::Hand;
 
-/// A pair of bevel gears as its file describes it.
+/// Bevel or hypoid gear pair described by a gear file.
 #[derive(Debug, Clone)]
 pub struct BevelFile {
     /// Title in the file.
@@ -43,29 +43,29 @@ pub struct BevelFile {
     pub members: [BevelMember; 2],
     /// Hand of the pinion.
     pub hand: Hand,
-    /// Blanks by ISO 23509, where the file asks for them.
+    /// Blanks by ISO 23509; absent where the file states the cones.
     pub design: Option<BlankPair>,
-    /// Places of both axes without errors.
+    /// Nominal positions of both axes, without assembly errors.
     pub nominal: Assembly,
-    /// Errors E, P, G, ΔΣ of assembly, added to the nominal places.
+    /// Assembly errors E, P, G, m, and ΔΣ, rad, added to the nominal positions.
     pub errors: Assembly,
-    /// Departures of the axes under which the loaded contact is compared.
+    /// Axis deviations at which the loaded contact is compared.
     pub stability: AxisDepartures,
-    /// Requested contact.
+    /// Requested contact analysis.
     pub contact: ContactStudy,
-    /// Cut by discrete blades, where the file describes it.
+    /// Cut by discrete blades; absent where the file has no `[cut]`.
     pub cut: Option<CutStudy>,
-    /// Load on the mesh.
+    /// Load on the mesh and its discretisation.
     pub mesh: FlankMeshStudy,
     /// Values that the file leaves to their defaults, in words.
     pub defaults: Vec<String>,
-    /// Place of `pair`.
+    /// Position of `pair` in the file.
     pub span: SourceSpan,
-    /// The file.
+    /// Source file.
     pub source: Arc<SourceFile>,
 }
 
-/// A member of the pair.
+/// Pinion or gear of a bevel pair.
 #[derive(Debug, Clone)]
 pub struct BevelMember {
     /// Number of teeth.
@@ -74,47 +74,47 @@ pub struct BevelMember {
     pub blank: Blank,
     /// Axial section of a tooth.
     pub section: ToothSection,
-    /// Process.
+    /// Machining process of the flanks.
     pub process: Process,
-    /// Mean normal thickness s_mn, m, where the file states it.
+    /// Mean normal thickness s_mn, m; absent where the file omits it.
     pub thickness: Option<f64>,
-    /// Concave and convex flank, where the file describes their settings.
+    /// Concave and convex flank; absent where the file has no settings for it.
     pub flanks: [Option<FlankCut>; 2],
-    /// Both flanks of straight teeth.
+    /// Flanks of straight teeth; absent for other teeth.
     pub straight: Option<StraightFlanks>,
-    /// Place of its table.
+    /// Position of the member's table in the file.
     pub span: SourceSpan,
 }
 
-/// Requested contact of two flanks.
+/// Requested contact analysis of two flanks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStudy {
-    /// Flanks that touch.
+    /// Flank pair in contact.
     pub side: ContactSide,
-    /// Pitches each way.
+    /// Range of positions to each side, in pitches.
     pub pitches: f64,
-    /// Positions in one pitch.
+    /// Number of positions per pitch.
     pub positions: usize,
-    /// Thickness of the coating, m.
+    /// Thickness of the marking coating, m.
     pub coating: f64,
-    /// V–H check.
+    /// True if the V–H check is requested.
     pub vh: bool,
 }
 
 /// Load on a mesh of flanks and its discretisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlankMeshStudy {
-    /// Torques at the pinion, N·m; the mesh is computed where there are any.
+    /// Pinion torques, N·m; without any the loaded mesh is not computed.
     pub torques: Vec<f64>,
-    /// Positions in one pitch.
+    /// Number of positions per pitch.
     pub positions: usize,
-    /// Stations along the pinion's face.
+    /// Number of stations along the pinion's face.
     pub stations: usize,
-    /// Torques at which strips begin or cease to carry.
+    /// True if the torques at which strips begin or cease to carry are requested.
     pub changes: bool,
 }
 
-/// Flanks that touch.
+/// Flank pair in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSide {
     /// Concave pinion, convex gear.
@@ -148,7 +148,7 @@ impl ContactSide {
         }
     }
 
-    /// The other side.
+    /// Opposite side.
     pub fn other(self) -> ContactSide {
         match self {
             ContactSide::Drive => ContactSide::Coast,
@@ -156,7 +156,7 @@ impl ContactSide {
         }
     }
 
-    /// The word of the file.
+    /// Keyword in the file.
     pub fn name(self) -> &'static str {
         match self {
             ContactSide::Drive => "drive",
@@ -166,16 +166,16 @@ impl ContactSide {
 }
 
 impl BevelMember {
-    /// Whether the file describes a flank.
+    /// True if the file describes a flank.
     pub fn describes(&self, side: usize) -> bool {
         self.straight.is_some() || self.flanks[side].is_some()
     }
 
-    /// Why its flanks do not make a tooth; none where they do.
-    pub fn lacks_tooth(&self) -> Option<&'static str> {
+    /// Reason that the flanks do not form a tooth; none if they do.
+    pub fn missing_tooth_reason(&self) -> Option<&'static str> {
         if self.straight.is_some() {
-            let why = "its straight flanks have no `mean_normal_thickness`";
-            return self.thickness.is_none().then_some(why);
+            let reason = "its straight flanks have no `mean_normal_thickness`";
+            return self.thickness.is_none().then_some(reason);
         }
         match &self.flanks {
             [Some(a), Some(b)] if a.settings != b.settings && self.thickness.is_none() => {
@@ -199,61 +199,61 @@ impl BevelFile {
 
     /// A flank of a member; none where the file does not describe it.
     pub fn flank(&self, member: usize, side: usize) -> Option<BevelFlank> {
-        let of = &self.members[member];
+        let gear = &self.members[member];
         let hand = self.hand_of(member);
-        if let Some(straight) = &of.straight {
+        if let Some(straight) = &gear.straight {
             let blade = [Blade::Outside, Blade::Inside][side];
-            return Some(straight.flank(blade, hand, of.section));
+            return Some(straight.flank(blade, hand, gear.section));
         }
-        let cut = of.flanks[side].as_ref()?;
+        let cut = gear.flanks[side].as_ref()?;
         Some(BevelFlank::new(
             &cut.cutter,
             &cut.settings,
             hand,
-            of.section,
+            gear.section,
         ))
     }
 
     /// The first flank of the requested contact that the file does not describe, as member and side.
     pub fn missing_flank(&self) -> Option<[usize; 2]> {
         let sides = self.contact.side.flanks();
-        let lacks = (0..2).find(|k| !self.members[*k].describes(sides[*k]))?;
-        Some([lacks, sides[lacks]])
+        let member = (0..2).find(|k| !self.members[*k].describes(sides[*k]))?;
+        Some([member, sides[member]])
     }
 
-    /// Whether both gears have straight teeth, whose flanks are conjugate and touch along lines.
+    /// True if both gears have straight teeth, whose flanks are conjugate and touch along lines.
     pub fn is_conjugate(&self) -> bool {
         self.members.iter().all(|m| m.straight.is_some())
     }
 
-    /// Places of both axes with their errors.
+    /// Positions of both axes with the assembly errors.
     pub fn assembly(&self) -> Assembly {
         self.nominal.changed(&self.errors, 1.0)
     }
 }
 
-/// Most positions in a pitch.
+/// Maximum number of positions per pitch.
 const MAX_CONTACT_POSITIONS: u32 = 2000;
-/// Coating by default: 0.00025 in.
+/// Default thickness of the marking coating, m: 0.00025 in.
 const COATING: f64 = 6.35e-6;
-/// Positions by default.
+/// Default number of positions per pitch.
 const POSITIONS: u32 = 60;
 
-/// Stations along the face by default: peak-to-peak of the loaded transmission error to 1 % on the shipped pair.
+/// Default number of stations along the face: gives the peak-to-peak loaded transmission error to 1 % on the shipped pair.
 const STATIONS: u32 = 32;
-/// Least stations: a contact of fewer cells is no line.
+/// Minimum number of stations: fewer cells do not resolve the contact line.
 const MIN_STATIONS: u32 = 8;
-/// Most stations: the load sharing grows with their cube.
+/// Maximum number of stations: the effort of load sharing grows with their cube.
 pub const MAX_STATIONS: u32 = 256;
-/// Flags of the load.
+/// Flags of `[mesh]` that `[contact]` does not have.
 const LOAD_FLAGS: [&str; 4] = ["torque", "torques", "stations", "changes"];
 
 const SHAFT_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
 
-/// Reads one with the flags laid over its `[contact]`.
+/// Reads a bevel gear file; flags override its `[contact]` and `[mesh]`.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// All errors of the file and of the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors> {
     let document = toml::parse(source);
     let mut errors = ErrorCollector::default();
@@ -263,9 +263,9 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let title = read_heading(&mut f);
     let span = f.span_of("pair").clone();
     let nominal = read_table(&mut f, "pair", pair);
-    let first = read_table(&mut f, "pinion", member).flatten();
+    let pinion = read_table(&mut f, "pinion", member).flatten();
     f.require("pinion");
-    let second = read_table(&mut f, "gear", member).flatten();
+    let gear = read_table(&mut f, "gear", member).flatten();
     f.require("gear");
     let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
     let stability = AxisDepartures {
@@ -284,48 +284,46 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     } = errors;
     errors.extend(document.syntax_error.clone());
     Errors::into_result(errors, || ())?;
-    let (Some(nominal), Some(first), Some(second)) = (nominal, first, second) else {
+    let (Some(nominal), Some(pinion), Some(gear)) = (nominal, pinion, gear) else {
         let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
         return Err(missing.into());
     };
-    let (of_contact, of_mesh) = (
+    let (contact_flags, mesh_flags) = (
         flags.without_all(&LOAD_FLAGS),
         flags.without_all(&["side", "vh"]),
     );
-    let study = of_contact.read_over(&document, "contact", &bare_si, study, contact)?;
-    let load = of_mesh.read_over(&document, "mesh", &bare_si, load, mesh)?;
-    let idle = ["stations", "changes"].into_iter();
-    let mut idle = idle.filter(|flag| flags.text(flag).is_some());
+    let study = contact_flags.read_over(&document, "contact", &bare_si, study, contact)?;
+    let load = mesh_flags.read_over(&document, "mesh", &bare_si, load, mesh)?;
+    let load_flags = ["stations", "changes"].into_iter();
+    let mut load_flags = load_flags.filter(|flag| flags.text(flag).is_some());
     if load.torques.is_empty()
-        && let Some(flag) = idle.next()
+        && let Some(flag) = load_flags.next()
     {
-        let message = format!("--{flag} does nothing without a torque");
+        let message = format!("--{flag} has no effect without a torque");
         let error = Error::new(Code::Usage, message);
         return Err(error
             .with_hint("add --torque, or `torque` in [mesh]")
             .into());
     }
-    if let (Some(a), Some(b)) = (first.straight, second.straight)
+    if let (Some(a), Some(b)) = (pinion.straight, gear.straight)
         && a != b
     {
         let message = "pinion and gear have different profiles, pressure or skew angles";
         let hint =
             "straight teeth mesh with teeth of the same process, pressure_angle and skew_angle";
         return Err(Error::new(Code::Conflict, message)
-            .with_span(&second.span)
+            .with_span(&gear.span)
             .with_hint(hint)
             .into());
     }
-    let hand = match (first.hand, second.hand) {
-        // Without a skew the hand only names the flanks.
-        (None, None) if first.straight.is_some_and(|s| s.skew_angle == 0.0) => Hand::Right,
+    let hand = match (pinion.hand, gear.hand) {
+        // At zero skew angle the hand only names the flanks.
+        (None, None) if pinion.straight.is_some_and(|s| s.skew_angle == 0.0) => Hand::Right,
         (Some(a), Some(b)) if a == b => {
             return Err(
                 Error::new(Code::Conflict, "pinion and gear have the same hand")
-                    .with_span(&second.span)
-                    .with_hint(
-                        "the hands of a bevel pair are opposite: leave `hand` of the gear out",
-                    )
+                    .with_span(&gear.span)
+                    .with_hint("the hands of a bevel pair are opposite: omit `hand` of the gear")
                     .into(),
             );
         }
@@ -334,33 +332,33 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         (None, Some(Hand::Left)) => Hand::Right,
         (None, None) => {
             return Err(Error::new(Code::MissingKey, "no `hand` is given")
-                .with_span(&first.span)
+                .with_span(&pinion.span)
                 .with_hint("`hand` of the pinion is \"right\" or \"left\"")
                 .into());
         }
     };
-    let (blanks, design) = blanks(&first, &second, &nominal)?;
+    let (blanks, design) = blanks(&pinion, &gear, &nominal)?;
     let is_hobbed = design.is_some_and(|d| d.method.is_face_hobbed());
-    for table in [&first, &second] {
+    for table in [&pinion, &gear] {
         if is_hobbed && (table.straight.is_some() || table.flanks.iter().any(Option::is_some)) {
             let message =
-                "blanks by method 2 or 3 are of face-hobbed pairs, whose flanks are not computed";
+                "blanks by method 2 or 3 are for face-hobbed pairs, whose flanks are not computed";
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&table.span)
-                .with_hint("leave the flanks out, or take method = 0 or 1")
+                .with_hint("omit the flanks, or use method = 0 or 1")
                 .into());
         }
     }
     let mut defaults = Vec::new();
-    for (name, table) in [("pinion", &first), ("gear", &second)] {
+    for (name, table) in [("pinion", &pinion), ("gear", &gear)] {
         defaults.extend(table.defaults.iter().map(|text| format!("{name}.{text}")));
     }
     let positions = study.positions.unwrap_or(POSITIONS);
     Ok(BevelFile {
         title,
         members: [
-            first.with_blank(0, blanks[0])?,
-            second.with_blank(1, blanks[1])?,
+            pinion.with_blank(0, blanks[0])?,
+            gear.with_blank(1, blanks[1])?,
         ],
         design,
         hand,
@@ -387,10 +385,10 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     })
 }
 
-/// Reads one with the flags laid over its `[correction]`.
+/// Reads a bevel gear file and its `[correction]`, which flags override.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// All errors of the file and of the flags.
 pub fn read_for_correction(
     source: &Arc<SourceFile>,
     flags: &Flags,
@@ -416,7 +414,7 @@ fn pair(f: &mut TableReader) -> Assembly {
     }
 }
 
-/// `[contact]` as written.
+/// Values stated in `[contact]`, without defaults.
 #[derive(Debug, Default)]
 pub struct ContactTable {
     side: Option<ContactSide>,
@@ -426,7 +424,7 @@ pub struct ContactTable {
     vh: bool,
 }
 
-/// Keys of `[contact]`, each with a flag.
+/// Reads `[contact]`; each key has a flag.
 pub fn contact(f: &mut TableReader) -> ContactTable {
     const PITCH_RANGE: ValueRange = ValueRange::Open(0.5, 5.0, "above 0.5 and below 5");
     const COATING_RANGE: ValueRange = ValueRange::Open(1e-9, 1e-3, "above 1 nm and below 1 mm");
@@ -439,7 +437,7 @@ pub fn contact(f: &mut TableReader) -> ContactTable {
     }
 }
 
-/// `[mesh]` as written.
+/// Values stated in `[mesh]`, without defaults.
 #[derive(Debug, Default)]
 pub struct FlankMeshTable {
     torques: Vec<f64>,
@@ -448,7 +446,7 @@ pub struct FlankMeshTable {
     changes: bool,
 }
 
-/// Keys of `[mesh]`, each with a flag.
+/// Reads `[mesh]`; each key has a flag.
 pub fn mesh(f: &mut TableReader) -> FlankMeshTable {
     FlankMeshTable {
         torques: torques(f),
@@ -458,7 +456,7 @@ pub fn mesh(f: &mut TableReader) -> FlankMeshTable {
     }
 }
 
-/// `pinion` or `gear` as written.
+/// Values stated in `pinion` or `gear`, without defaults.
 struct MemberTable {
     teeth: u32,
     hand: Option<Hand>,
@@ -471,7 +469,7 @@ struct MemberTable {
     span: SourceSpan,
 }
 
-/// Profile and angles of straight teeth.
+/// Profile and angles, rad, of straight teeth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct StraightTable {
     profile: StraightProfile,
@@ -480,7 +478,7 @@ struct StraightTable {
 }
 
 impl MemberTable {
-    /// The member on its blank.
+    /// Combines the stated values with the blank.
     fn with_blank(self, member: usize, blank: Blank) -> Result<BevelMember, Error> {
         let section = (blank.section()).map_err(|fault| no_tooth(&fault, &self.span, member))?;
         let straight = self.straight.map(|straight| StraightFlanks {
@@ -511,10 +509,10 @@ impl MemberTable {
     }
 }
 
-/// Both blanks, with the design that gives them.
+/// Blanks of pinion and gear, and their ISO 23509 design if one is stated.
 fn blanks(
-    first: &MemberTable,
-    second: &MemberTable,
+    pinion: &MemberTable,
+    gear: &MemberTable,
     nominal: &Assembly,
 ) -> Result<([Blank; 2], Option<BlankPair>), Error> {
     let missing = |table: &MemberTable, name: &str| {
@@ -522,25 +520,25 @@ fn blanks(
             .with_span(&table.span)
             .with_hint("give its cones, or the blank of the gear by standard = \"ISO 23509\"")
     };
-    match (&first.blank, &second.blank) {
+    match (&pinion.blank, &gear.blank) {
         (Some(BlankTable::Cones(a)), Some(BlankTable::Cones(b))) => Ok(([*a, *b], None)),
         (Some(BlankTable::Standard(_)), _) | (Some(_), Some(BlankTable::Standard(_))) => {
             let message =
-                "a blank by ISO 23509 is given in `gear`, and that of the pinion follows from it";
+                "a blank by ISO 23509 is given in `gear` and determines that of the pinion";
             Err(Error::new(Code::Conflict, message)
-                .with_span(&first.span)
-                .with_hint("leave `blank` of the pinion out"))
+                .with_span(&pinion.span)
+                .with_hint("omit `blank` of the pinion"))
         }
         (None, Some(BlankTable::Standard(table))) => {
             let design = table
-                .design([first.teeth, second.teeth], nominal)
-                .map_err(|e| e.with_span(&second.span))?;
-            let found = (design.blanks())
-                .map_err(|fault| no_blanks(&design, &fault).with_span(&second.span))?;
-            Ok((found.blanks, Some(found)))
+                .design([pinion.teeth, gear.teeth], nominal)
+                .map_err(|e| e.with_span(&gear.span))?;
+            let blank_pair = (design.blanks())
+                .map_err(|fault| no_blanks(&design, &fault).with_span(&gear.span))?;
+            Ok((blank_pair.blanks, Some(blank_pair)))
         }
-        (None, _) => Err(missing(first, "pinion")),
-        (_, None) => Err(missing(second, "gear")),
+        (None, _) => Err(missing(pinion, "pinion")),
+        (_, None) => Err(missing(gear, "gear")),
     }
 }
 
@@ -556,11 +554,11 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         ValueRange::Positive,
     );
     let mut defaults = Vec::new();
-    let errors = f.errors.errors.len();
+    let error_count = f.errors.errors.len();
     let straight = straight(f, process, &mut defaults);
-    let (mut own, mut sides) = (SettingsTable::default(), [None, None]);
+    let (mut common, mut sides) = (SettingsTable::default(), [None, None]);
     if straight.is_none() {
-        own = settings(f);
+        common = settings(f);
         for (k, side) in SIDES.into_iter().enumerate() {
             sides[k] = read_table(f, side, settings);
         }
@@ -569,28 +567,28 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         Some(BlankTable::Cones(blank)) => Some(blank.root_angle),
         _ => None,
     };
-    if own != SettingsTable::default() && sides.iter().all(Option::is_none) {
+    if common != SettingsTable::default() && sides.iter().all(Option::is_none) {
         f.report_missing("concave", ", the flank that its settings cut");
     }
-    // A key whose value is wrong is not missing as well.
-    let is_sound = f.errors.errors.len() == errors;
+    // A key with an invalid value is not reported as missing too.
+    let is_valid = f.errors.errors.len() == error_count;
     let flanks = [0, 1].map(|k| {
-        let side = sides[k].filter(|_| is_sound)?;
-        side.over(own).cut(f, SIDES[k], process?, root_angle)
+        let side = sides[k].filter(|_| is_valid)?;
+        side.over(common).cut(f, SIDES[k], process?, root_angle)
     });
     if let (Some(_), [Some(FlankTable::Settings(a)), Some(FlankTable::Settings(b))]) =
         (thickness, flanks)
         && a.settings == b.settings
     {
-        let message = "both flanks are cut at one setting, which makes their thickness";
-        let hint = "leave `mean_normal_thickness` out, or give the flanks settings of their own";
+        let message = "both flanks are cut at one setting, which determines their thickness";
+        let hint = "omit `mean_normal_thickness`, or give separate settings of the flanks";
         f.report_key(Code::Conflict, "mean_normal_thickness", message, hint);
     }
     let has_flank = sides.iter().any(Option::is_some);
     let is_rough = |t: &SettingsTable| t.has_spiral_angle();
-    if is_rough(&own) || sides.iter().flatten().any(is_rough) {
+    if is_rough(&common) || sides.iter().flatten().any(is_rough) {
         defaults.push("settings: rough, from spiral_angle and blank".to_string());
-    } else if has_flank && root_angle.is_some() && own.machine_root_angle_is_default(&sides) {
+    } else if has_flank && root_angle.is_some() && common.machine_root_angle_is_default(&sides) {
         defaults.push("machine_root_angle: the root angle of the blank".to_string());
     }
     Some(MemberTable {
@@ -606,7 +604,7 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
     })
 }
 
-/// Keys of straight teeth; none for another process.
+/// Reads the keys of straight teeth; none for another process.
 fn straight(
     f: &mut TableReader,
     process: Option<Process>,
@@ -624,7 +622,7 @@ fn straight(
     let skew = f.optional_quantity("skew_angle", QuantityKind::Angle, SKEW);
     if profile == StraightProfile::SphericalInvolute && skew.is_some_and(|s| s != 0.0) {
         let message = "spherical involutes are straight: their teeth run to the apex";
-        let hint = "leave skew_angle out, or take process = \"octoid\"";
+        let hint = "omit skew_angle, or use process = \"octoid\"";
         f.report_key(Code::Conflict, "skew_angle", message, hint);
     }
     Some(StraightTable {
@@ -635,7 +633,7 @@ fn straight(
 }
 
 fn process(f: &mut TableReader) -> Option<Process> {
-    let known = [
+    let processes = [
         ("generated", Some(Process::Generated)),
         ("formate", Some(Process::Formate)),
         ("octoid", Some(Process::Straight(StraightProfile::Octoid))),
@@ -646,7 +644,7 @@ fn process(f: &mut TableReader) -> Option<Process> {
         ("face-hobbed", None),
     ];
     let process = match f.has("process") {
-        true => f.choice("process", &known)?,
+        true => f.choice("process", &processes)?,
         false => {
             f.item(
                 "process",
@@ -656,8 +654,8 @@ fn process(f: &mut TableReader) -> Option<Process> {
         }
     };
     if process.is_none() {
-        let message = "face hobbing is not taken: its indexing is continuous";
-        let hint = "flanks are face-milled, tooth by tooth: \"generated\" or \"formate\"";
+        let message = "face hobbing is not supported: its indexing is continuous";
+        let hint = "use a face-milled flank: \"generated\" or \"formate\"";
         f.report_key(Code::OutOfRange, "process", message, hint);
     }
     process

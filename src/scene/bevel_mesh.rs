@@ -52,7 +52,7 @@ impl BevelMesh {
     pub fn new(file: MeshFile, bevel: BevelFile) -> Result<BevelMesh, Error> {
         let refused = |why: &str| refused(&bevel, why);
         if bevel.is_conjugate() {
-            let message = "straight teeth are conjugate and give a machine no transmission error";
+            let message = "straight teeth are conjugate and have no transmission error";
             return Err(Error::new(Code::OutOfRange, message)
                 .with_span(&bevel.span)
                 .with_hint(
@@ -84,9 +84,7 @@ impl BevelMesh {
             .path_near_teeth(PITCHES.max(bevel.contact.pitches), positions)
             .ok_or_else(|| refused("the flanks do not touch near the middle of their teeth"))?;
         if pair.removed_at(&path.reference).is_some() {
-            return Err(refused(
-                "undercut removes a flank where the flanks would touch",
-            ));
+            return Err(refused("undercut removes a flank at the contact"));
         }
         let forces = ContactForces::of(&pair, &path.reference);
         let levers = forces.levers;
@@ -97,9 +95,8 @@ impl BevelMesh {
                 Some(levers[1] * pair.leading(&path, angle)?.te)
             })
             .collect();
-        let te = te.ok_or_else(|| {
-            refused("between two pairs of teeth there are angles at which none touches")
-        })?;
+        let te =
+            te.ok_or_else(|| refused("at some angles between two tooth pairs no teeth touch"))?;
         let cone_angles = bevel.members.each_ref().map(|m| m.blank.pitch_angle);
         let [alpha, beta_1] = forces.angles(0, cone_angles[0]);
         let [_, beta_2] = forces.angles(1, cone_angles[1]);

@@ -27,16 +27,13 @@ pub fn read_inertia(f: &mut TableReader) -> Inertia {
     {
         for given in ["J", "mass", "J_diametral"] {
             if f.has(given) {
-                let message = format!("`{given}` is given, and follows from `{key}` as well");
-                let hint = "give J, mass and J_diametral, or the size of the disc";
+                let message = format!("`{given}` is given, but is also determined by `{key}`");
+                let hint = "give J, mass and J_diametral, or the dimensions of the disc";
                 f.report_key(Code::Conflict, given, message, hint);
             }
         }
     } else if !f.has("J") {
-        f.report_missing(
-            "J",
-            ", nor diameter, width and material from which it would follow",
-        );
+        f.report_missing("J", ", nor diameter, width and material to compute it");
     }
     match disc {
         Some((polar, mass, diametral)) => Inertia {
@@ -88,7 +85,7 @@ pub fn outer_and_bore(f: &mut TableReader) -> (Option<f64>, f64) {
         .unwrap_or(0.0);
     if let Some(outer) = outer.filter(|outer| inner >= *outer) {
         let message = format!(
-            "the bore of {} mm leaves nothing of a diameter of {} mm",
+            "the bore of {} mm is not below the diameter of {} mm",
             1e3 * inner,
             1e3 * outer
         );

@@ -59,8 +59,7 @@ fn read(
             let exponent = exponent?;
             let factor = at / rated.powf(exponent);
             if at.is_finite() && rated.is_finite() && !(factor.is_normal() && rated.is_normal()) {
-                let message =
-                    format!("`{one}` over `deflection` to this power leaves the range of numbers");
+                let message = format!("`{one}` over `deflection` to this power overflows");
                 f.report_key(
                     Code::OutOfRange,
                     one,
@@ -104,15 +103,15 @@ fn points(
     if !(2..=MAX_COUNT).contains(&n) {
         return refuse(
             "deflections",
-            format!("{n} points make no curve"),
+            format!("{n} points do not define a curve"),
             "give two to ten thousand",
         );
     }
     if deflections[0] != 0.0 || forces[0] != 0.0 {
-        let hint = "the same curve holds backward, so that it passes through rest: begin both lists with 0";
+        let hint = "the curve is odd and must pass through the origin: start both lists with 0";
         return refuse(
             "deflections",
-            "the curve does not begin at rest".to_string(),
+            "the curve does not start at the origin".to_string(),
             hint,
         );
     }
@@ -121,7 +120,7 @@ fn points(
         return refuse(
             "deflections",
             message,
-            "write the points by rising deflection",
+            "give the points in order of increasing deflection",
         );
     }
     if let Some(at) = (1..n).find(|&i| forces[i] < forces[i - 1]) {
@@ -129,11 +128,11 @@ fn points(
         return refuse(
             many,
             message,
-            "a spring that yields as it is pressed has no stable rest: let the values rise or stay",
+            "a spring of negative stiffness has no stable equilibrium: give values that do not decrease",
         );
     }
     if !(forces[n - 1] > forces[n - 2]) {
-        let hint = "beyond the last point the curve goes on straight: let it rise there";
+        let hint = "the curve is extrapolated linearly: give a last slope above zero";
         return refuse(many, "the curve ends flat".to_string(), hint);
     }
     Some(Characteristic::Table(

@@ -137,15 +137,15 @@ fn settings(f: &mut TableReader) -> Vec<Setting> {
     let mut all = Vec::new();
     let names = f.texts("settings");
     if names.is_empty() && f.has("settings") {
-        let message = "`settings` names none";
-        let hint = "name settings that may be changed, or leave `settings` out";
+        let message = "`settings` is empty";
+        let hint = "name the settings to change, or omit `settings`";
         f.report_key(Code::OutOfRange, "settings", message, hint);
     }
     for name in names {
         let known = SETTINGS.iter().find(|(word, _)| *word == name);
         let Some((_, settings)) = known else {
             let words = || SETTINGS.iter().map(|(word, _)| *word);
-            let message = format!("`settings` cannot hold \"{name}\"");
+            let message = format!("`settings` cannot have \"{name}\"");
             let meant = suggestion(&name, words())
                 .map_or(String::new(), |word| format!("did you mean \"{word}\"? "));
             let hint = format!("{meant}it takes {}", words().collect::<Vec<_>>().join(", "));

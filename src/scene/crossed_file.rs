@@ -130,7 +130,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<CrossedFile, Erro
         Some(distance) => distance,
         None => {
             let tight = assembled.tight_centre_distance().ok_or_else(|| {
-                let message = "no centre distance is without backlash";
+                let message = "no centre distance gives zero backlash";
                 let hint = "give `centre_distance`, or check helix angles, hands and shaft_angle";
                 located(Error::new(Code::OutOfRange, message).with_hint(hint))
             })?;

@@ -143,7 +143,7 @@ impl CsvTable {
         let row = number.and_then(|row| self.rows.get(row.checked_sub(1)?));
         let error = match error.hint {
             Some(_) => error,
-            None => error.with_hint("correct the row, or leave it out"),
+            None => error.with_hint("correct the row, or omit it"),
         };
         match row {
             Some(row) => error.with_span(&SourceSpan::new(self.source.clone(), row.clone())),

@@ -86,7 +86,7 @@ fn read_history(history: &SpindleHistory) -> Result<([Vec<f64>; 2], Arc<SourceFi
         return Err(Error::new(Code::MissingKey, "the history has no columns").into());
     };
     if let Some(row) = times.windows(2).position(|pair| !(pair[1] > pair[0])) {
-        let message = format!("row {}: the time does not rise", row + 2);
+        let message = format!("row {}: the time does not increase", row + 2);
         return Err(table.locate(Error::new(Code::OutOfRange, message)).into());
     }
     if times.len() < 2 {

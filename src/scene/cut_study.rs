@@ -1,4 +1,4 @@
-//! `[cut]` of a bevel file: blades, feed of the roll, run-out of the head, errors of the generator.
+//! Reads `[cut]` of a bevel-gear file: blades, generating roll, run-out of the cutter head, angle errors of the generator.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -11,30 +11,30 @@ use crate::base::table_reader::TableReader;
 use crate::base::tables::{read_table, read_tables};
 use crate::gear::cut::cutter_head::{BladeFeed, BladeOffset};
 
-/// A cut by discrete blades as `[cut]` describes it.
+/// Cut by discrete blades as described in `[cut]`.
 #[derive(Debug, Clone)]
 pub struct CutStudy {
-    /// The member that is cut; both by default.
+    /// Index of the member that is cut: 0 pinion, 1 gear; both by default.
     pub member: Option<usize>,
-    /// Blades that cut a flank.
+    /// Number of blades that cut a flank.
     pub blades: u32,
     /// Speed of the cutter, rad/s.
     pub cutter_speed: f64,
-    /// Speed of the cradle, rad/s; none where nothing that is cut rolls.
+    /// Speed of the cradle, rad/s; `None` if no member is cut with a roll.
     pub cradle_speed: Option<f64>,
-    /// Offsets of the blades; empty for a true head.
+    /// Offsets of the blades; empty for an exact head.
     pub offsets: Vec<BladeOffset>,
-    /// Errors of the generator's chain.
+    /// Angle errors of the drive chain of the generator.
     pub errors: Vec<ChainError>,
-    /// History of a spindle.
+    /// Angle history of a spindle.
     pub history: Option<SpindleHistory>,
-    /// Rows along the height and columns along the face of the maps.
+    /// Grid of the maps: rows along the height, columns along the face.
     pub grid: [usize; 2],
-    /// Place of the table.
+    /// Source span of the table.
     pub span: SourceSpan,
 }
 
-/// A rotating part of a generator.
+/// Rotating part of a generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CutTarget {
     /// Cradle.
@@ -45,34 +45,34 @@ pub enum CutTarget {
     Cutter,
 }
 
-/// A harmonic angle error of a part.
+/// Harmonic angle error of a rotating part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChainError {
     /// The part.
     pub target: CutTarget,
     /// Amplitude, rad.
     pub amplitude: f64,
-    /// Cycles in a revolution of the part.
+    /// Cycles per revolution of the part.
     pub cycles: f64,
-    /// Phase at φ_c = 0, rad.
+    /// Phase at cradle angle φ_c = 0, rad.
     pub phase: f64,
 }
 
-/// The angle of a spindle over time in a CSV file of `geardyn simulate`.
+/// Angle of a spindle over time in a CSV file of `geardyn simulate`.
 #[derive(Debug, Clone)]
 pub struct SpindleHistory {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// Name of the column.
     pub column: String,
-    /// The part whose angle it is.
+    /// Part whose angle the column holds.
     pub target: CutTarget,
-    /// Place of the table.
+    /// Source span of the table.
     pub span: SourceSpan,
 }
 
 impl CutTarget {
-    /// The word of the file.
+    /// Name of the part in a file.
     pub fn name(self) -> &'static str {
         match self {
             CutTarget::Cradle => "cradle",
@@ -83,7 +83,7 @@ impl CutTarget {
 }
 
 impl CutStudy {
-    /// Feed of a flank, without a turn of the cradle where the work does not roll.
+    /// Feed of a flank; the cradle does not turn if the member is cut without a roll.
     pub fn feed(&self, rolls: bool) -> BladeFeed {
         let cradle_speed = self.cradle_speed.filter(|_| rolls).unwrap_or(0.0);
         BladeFeed {
@@ -103,14 +103,14 @@ const AMPLITUDE: ValueRange = ValueRange::HalfOpen(0.0, 1e-2, "at least 0 and be
 const CRADLE_SPEED: ValueRange = ValueRange::Open(-10.0, 10.0, "within ±10 rad/s");
 const CYCLES: ValueRange = ValueRange::HalfOpen(0.0, 1e5, "at least 0 and below 100 000");
 const PHASE: ValueRange = ValueRange::Open(-100.0, 100.0, "within ±100 rad");
-/// Largest turn of the cradle from blade to blade, rad: with more the passes leave no flank.
-const LARGEST_STEP: f64 = 0.1;
-/// Rows along the height and columns along the face by default.
+/// Maximum rotation of the cradle from blade to blade, rad; larger steps leave no flank.
+const MAX_STEP: f64 = 0.1;
+/// Default grid: rows along the height, columns along the face.
 const GRID: [u32; 2] = [61, 61];
-/// Most of either.
-const MOST_NODES: u32 = 400;
+/// Maximum number of rows or columns.
+const MAX_NODES: u32 = 400;
 
-/// Reads the table.
+/// Reads the table; `None` if a key is missing or invalid.
 pub fn cut(f: &mut TableReader) -> Option<CutStudy> {
     let span = f.span.clone();
     let member = f.choice("member", &[("pinion", 0), ("gear", 1)]);
@@ -123,10 +123,8 @@ pub fn cut(f: &mut TableReader) -> Option<CutStudy> {
     let offsets = offsets(f, blades);
     let errors = read_tables(f, "error", chain_error);
     let history = read_table(f, "spindle_history", history).flatten();
-    let rows = f.optional_count("rows", 3, MOST_NODES).unwrap_or(GRID[0]);
-    let columns = f
-        .optional_count("columns", 3, MOST_NODES)
-        .unwrap_or(GRID[1]);
+    let rows = f.optional_count("rows", 3, MAX_NODES).unwrap_or(GRID[0]);
+    let columns = f.optional_count("columns", 3, MAX_NODES).unwrap_or(GRID[1]);
     let study = CutStudy {
         member,
         blades: blades?,
@@ -139,16 +137,16 @@ pub fn cut(f: &mut TableReader) -> Option<CutStudy> {
         span,
     };
     let step = study.feed(true).step();
-    if cradle_speed.is_some() && !(step > 0.0 && step <= LARGEST_STEP) {
+    if cradle_speed.is_some() && !(step > 0.0 && step <= MAX_STEP) {
         let message = format!(
-            "the cradle turns by {:.3}° from blade to blade; above 0° and up to {:.1}° leaves a flank",
+            "the cradle turns by {:.3}° from blade to blade (limits: above 0°, at most {:.1}°)",
             step.to_degrees(),
-            LARGEST_STEP.to_degrees()
+            MAX_STEP.to_degrees()
         );
         let hint = match step > 0.0 {
             true => "lower `cradle_speed`, or take more `blades` or a higher `cutter_speed`",
             false => {
-                "give the speed of the cradle in the cut; without a roll leave `cradle_speed` out"
+                "give the speed of the cradle during cutting; without a roll omit `cradle_speed`"
             }
         };
         f.report_key(Code::OutOfRange, "cradle_speed", message, hint);
@@ -156,7 +154,7 @@ pub fn cut(f: &mut TableReader) -> Option<CutStudy> {
     Some(study)
 }
 
-/// Offsets of the blades by their radial and axial run-out; none where a list is wrong.
+/// Offsets of the blades by their radial and axial run-out, m; `None` if a list is invalid.
 fn offsets(f: &mut TableReader, blades: Option<u32>) -> Option<Vec<BladeOffset>> {
     let count = blades.map(|n| n as usize);
     let mut list = |key: &str| match f.has(key) {

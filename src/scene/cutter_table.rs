@@ -39,7 +39,7 @@ pub(super) fn cutter(f: &mut TableReader) -> CutterTable {
         toprem_depth: length(f, "toprem_depth", ValueRange::Positive),
     };
     if table.profile_radius == Some(0.0) {
-        let hint = "a hollow blade has a radius above zero, a bulging one below; leave `profile_radius` and `profile_height` out for a straight one";
+        let hint = "give a concave blade a radius above zero, a convex one below; omit `profile_radius` and `profile_height` for a straight one";
         f.report_key(
             Code::OutOfRange,
             "profile_radius",
@@ -84,12 +84,12 @@ impl CutterTable {
         let arc = pair(
             [self.profile_radius, self.profile_height],
             ["profile_radius", "profile_height"],
-            "a curved blade has `profile_radius` and the `profile_height` at which it has its blade angle",
+            "a curved blade needs `profile_radius` and the `profile_height` at which it has its blade angle",
         );
         let toprem = pair(
             [self.toprem_angle, self.toprem_depth],
             ["toprem_angle", "toprem_depth"],
-            "a Toprem has `toprem_angle` from the blade and `toprem_depth` from the tip plane",
+            "a Toprem needs `toprem_angle` from the blade and `toprem_depth` from the tip plane",
         );
         let blade = match side {
             "concave" => Blade::Outside,
@@ -128,7 +128,7 @@ pub(super) fn check(
             "take a larger profile_radius, or a profile_height near half the depth of the tooth",
         ),
         BladeFault::DeepToprem => (
-            format!("`toprem_depth` reaches beyond the tooth, which is {depth:.3} mm deep"),
+            format!("`toprem_depth` exceeds the tooth depth of {depth:.3} mm"),
             "take a smaller toprem_depth",
         ),
         BladeFault::SteepToprem { blade_angle } => (
@@ -150,7 +150,7 @@ pub(super) fn check(
                     },
                     1e3 * limit
                 ),
-                None => "no edge of this `edge_radius` touches the blade".into(),
+                None => "no edge of this `edge_radius` is tangent to the blade".into(),
             },
             "take a smaller edge_radius",
         ),

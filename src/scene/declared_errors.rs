@@ -12,26 +12,26 @@ use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 use crate::base::toml::Value;
 
-/// The highest order per turn.
+/// Maximum order per revolution.
 const MAX_ORDER: u32 = 1_000_000;
 
-/// The highest harmonic of a mesh.
-const MAX_OF_MESH: u32 = 1000;
+/// Maximum harmonic of the mesh frequency.
+const MAX_MESH_HARMONIC: u32 = 1000;
 
 /// The coarsest grade of ISO 1328-1:1995.
 const MAX_GRADE: u32 = 12;
 
-/// A tilt of a coupling's ends against each other.
-const TILT: ValueRange = ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1 rad");
+/// Range of the misalignment angle of a coupling.
+const TILT_RANGE: ValueRange = ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1 rad");
 
-/// A size: no gear errs by a metre, no coupling by a radian.
-const SIZE: ValueRange =
+/// Range of amplitudes, m, of couplings rad.
+const AMPLITUDE_RANGE: ValueRange =
     ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1 m, of a coupling 1 rad");
 
-/// Keys that say how large an error is.
-const SIZES: [&str; 6] = ["amplitude", "amplitudes", "values", "file", "tilt", "grade"];
+/// Keys of the magnitude of an error; at most one may be stated.
+const MAGNITUDES: [&str; 6] = ["amplitude", "amplitudes", "values", "file", "tilt", "grade"];
 
-/// An error of a gear, a coupling, a belt or a screw.
+/// Reads an error of a gear, a coupling, a belt or a screw.
 pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
     let on = shared_keys::read_node(f, "on");
     let mesh = f.optional_text("mesh").map(|text| Name {
@@ -45,9 +45,9 @@ pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
         ErrorCause::Misalignment => QuantityKind::Angle,
         _ => QuantityKind::Length,
     };
-    let unknown =
+    let is_phase_unknown =
         f.has("phase") && f.span_of("phase").text().trim_matches(['"', '\'']) == "unknown";
-    let phase = match unknown {
+    let phase = match is_phase_unknown {
         true => {
             f.item("phase", "an angle, or \"unknown\"");
             0.0
@@ -60,12 +60,12 @@ pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
         "tolerance",
         ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1"),
     );
-    let given: Vec<&str> = SIZES.into_iter().filter(|key| f.has(key)).collect();
-    if let [one, other, ..] = given[..] {
-        f.exclusive(one, other);
-        f.item(other, "");
+    let keys: Vec<&str> = MAGNITUDES.into_iter().filter(|key| f.has(key)).collect();
+    if let [first, second, ..] = keys[..] {
+        f.exclusive(first, second);
+        f.item(second, "");
     }
-    let size = match given.first().copied().unwrap_or("amplitude") {
+    let size = match keys.first().copied().unwrap_or("amplitude") {
         "amplitudes" => read_harmonics(f, cause, kind),
         "values" => {
             let values = f.optional_quantities(
@@ -74,21 +74,21 @@ pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
                 ValueRange::Open(-1.0, 1.0, "within ±1 m, of a coupling ±1 rad"),
                 None,
             );
-            table(f, "values", values)
+            tabulated_error(f, "values", values)
         }
         "file" => {
-            let values = from_file(f, kind);
-            table(f, "file", values)
+            let values = read_value_file(f, kind);
+            tabulated_error(f, "file", values)
         }
         "grade" => ErrorDefinition::Grade {
             grade: f.optional_count("grade", 0, MAX_GRADE).unwrap_or(MAX_GRADE),
             phase,
         },
         "tilt" => ErrorDefinition::Tilt {
-            angle: f.quantity("tilt", QuantityKind::Angle, TILT),
+            angle: f.quantity("tilt", QuantityKind::Angle, TILT_RANGE),
             phase,
         },
-        _ => single(f, cause, kind, phase),
+        _ => read_harmonic(f, cause, kind, phase),
     };
     check_combination(f, cause, &size);
     DeclaredError {
@@ -96,24 +96,24 @@ pub fn read_declared_error(f: &mut TableReader) -> DeclaredError {
         mesh,
         cause,
         size,
-        // What a grade allows says nothing of where it stands.
-        phase_known: !unknown && (f.has("phase") || !f.has("grade")),
+        // A grade limits the amplitude and leaves the phase open.
+        phase_known: !is_phase_unknown && (f.has("phase") || !f.has("grade")),
         tolerance: tolerance.unwrap_or(0.0),
     }
 }
 
-/// One harmonic.
-fn single(
+/// Reads an error of one harmonic.
+fn read_harmonic(
     f: &mut TableReader,
     cause: ErrorCause,
     kind: QuantityKind,
     phase: f64,
 ) -> ErrorDefinition {
-    let amplitude = f.quantity("amplitude", kind, SIZE);
+    let amplitude = f.quantity("amplitude", kind, AMPLITUDE_RANGE);
     f.exclusive("order", "harmonic");
     let order = f.optional_count("order", 1, MAX_ORDER);
-    let harmonic = f.optional_count("harmonic", 1, MAX_OF_MESH);
-    let of_teeth = matches!(cause, ErrorCause::Profile | ErrorCause::ToothForm) && order.is_none();
+    let harmonic = f.optional_count("harmonic", 1, MAX_MESH_HARMONIC);
+    let is_mesh = matches!(cause, ErrorCause::Profile | ErrorCause::ToothForm) && order.is_none();
     if cause == ErrorCause::BeltJoint {
         let length = f.quantity("length", QuantityKind::Length, ValueRange::Positive);
         return ErrorDefinition::Joint {
@@ -124,7 +124,7 @@ fn single(
     }
     match (harmonic, order) {
         (Some(n), _) => ErrorDefinition::Mesh(vec![(n, amplitude, phase)]),
-        (None, None) if of_teeth => ErrorDefinition::Mesh(vec![(1, amplitude, phase)]),
+        (None, None) if is_mesh => ErrorDefinition::Mesh(vec![(1, amplitude, phase)]),
         (None, None) if cause == ErrorCause::Misalignment => {
             ErrorDefinition::Orders(vec![(2, amplitude, phase)])
         }
@@ -132,35 +132,35 @@ fn single(
     }
 }
 
-/// Several harmonics: `amplitudes`, with `orders` or `harmonics` and perhaps `phases`.
+/// Reads an error of several harmonics: `amplitudes`, with `orders` or `harmonics` and optional `phases`.
 fn read_harmonics(f: &mut TableReader, cause: ErrorCause, kind: QuantityKind) -> ErrorDefinition {
     let amplitudes = f
-        .optional_quantities("amplitudes", kind, SIZE, None)
+        .optional_quantities("amplitudes", kind, AMPLITUDE_RANGE, None)
         .unwrap_or_default();
     let n = amplitudes.len();
     let phases = f.optional_quantities("phases", QuantityKind::Angle, ValueRange::Any, Some(n));
     f.exclusive("orders", "harmonics");
-    let counts = |f: &mut TableReader, key: &str, high: u32| -> Option<Vec<u32>> {
+    let read_counts = |f: &mut TableReader, key: &str, max: u32| -> Option<Vec<u32>> {
         let item = f.item(key, "a list of whole numbers")?;
         let Value::List(list) = &item.value else {
             return f.wrong_type(key, item, "a list of whole numbers");
         };
-        let whole = |item: &crate::base::toml::Item| match item.value {
-            Value::Integer(n) => u32::try_from(n).ok().filter(|n| (1..=high).contains(n)),
+        let count = |item: &crate::base::toml::Item| match item.value {
+            Value::Integer(n) => u32::try_from(n).ok().filter(|n| (1..=max).contains(n)),
             _ => None,
         };
-        let all: Vec<u32> = list.iter().filter_map(whole).collect();
-        if all.len() != list.len() || all.len() != n {
-            let message = format!("`{key}` does not go with {n} amplitudes");
-            let hint = format!("give one whole number from 1 to {high} for each amplitude");
+        let counts: Vec<u32> = list.iter().filter_map(count).collect();
+        if counts.len() != list.len() || counts.len() != n {
+            let message = format!("the length of `{key}` does not match {n} amplitudes");
+            let hint = format!("give one whole number from 1 to {max} for each amplitude");
             f.report_key(Code::OutOfRange, key, message, &hint);
             return None;
         }
-        Some(all)
+        Some(counts)
     };
-    let orders = counts(f, "orders", MAX_ORDER);
-    let harmonics = counts(f, "harmonics", MAX_OF_MESH);
-    let of_teeth = harmonics.is_some()
+    let orders = read_counts(f, "orders", MAX_ORDER);
+    let harmonics = read_counts(f, "harmonics", MAX_MESH_HARMONIC);
+    let is_mesh = harmonics.is_some()
         || (orders.is_none() && matches!(cause, ErrorCause::Profile | ErrorCause::ToothForm));
     let numbers = harmonics.or(orders).unwrap_or((1..=n as u32).collect());
     let terms = (0..n.min(numbers.len()))
@@ -172,20 +172,20 @@ fn read_harmonics(f: &mut TableReader, cause: ErrorCause, kind: QuantityKind) ->
             )
         })
         .collect();
-    match of_teeth {
+    match is_mesh {
         true => ErrorDefinition::Mesh(terms),
         false => ErrorDefinition::Orders(terms),
     }
 }
 
-/// An error by its values; `None` where they could not be read, which is reported already.
-fn table(f: &mut TableReader, key: &str, values: Option<Vec<f64>>) -> ErrorDefinition {
+/// Error tabulated by `values`; empty where they could not be read, which is already reported.
+fn tabulated_error(f: &mut TableReader, key: &str, values: Option<Vec<f64>>) -> ErrorDefinition {
     if values.as_ref().is_some_and(|values| values.len() < 2) {
         f.report_key(
             Code::OutOfRange,
             key,
-            "a table needs two values at least",
-            "give one value a tooth, cumulative; of a screw one at every step of its `travel`",
+            "a table needs at least two values",
+            "give one cumulative value per tooth; for a screw one at every step of its `travel`",
         );
     }
     let values = values.unwrap_or_default();
@@ -195,73 +195,73 @@ fn table(f: &mut TableReader, key: &str, values: Option<Vec<f64>>) -> ErrorDefin
     }
 }
 
-/// Values of a text file: one a line, the last of its cells; lines before the first number are its head.
-fn from_file(f: &mut TableReader, kind: QuantityKind) -> Option<Vec<f64>> {
+/// Reads the values of a text file: the last cell of each line; lines before the first number are its header.
+fn read_value_file(f: &mut TableReader, kind: QuantityKind) -> Option<Vec<f64>> {
     let unit = f.optional_text("file_unit");
     f.require("file_unit");
     let (Some(name), Some(unit)) = (f.optional_text("file"), unit) else {
         return None;
     };
-    let place = f.span_of("file").clone();
-    let beside = Path::new(&place.source().path)
+    let span = f.span_of("file").clone();
+    let folder = Path::new(&span.source().path)
         .parent()
         .unwrap_or(Path::new(""));
-    let path = beside.join(name);
+    let path = folder.join(name);
     let read = || {
         let factor = quantity::parse(&format!("1 {unit}"), kind, "`file_unit`")?;
         let source = load::load(&path).map_err(|error| match error.code {
             Code::FileMissing => error
-                .with_hint("the path starts from the folder of the file that has the [[error]]"),
+                .with_hint("the path is relative to the folder of the file that has the [[error]]"),
             _ => error,
         })?;
         let mut values: Vec<f64> = Vec::new();
-        for (at, line) in source.text.lines().enumerate() {
+        for (index, line) in source.text.lines().enumerate() {
             let cell = line.rsplit([',', ';', '\t']).next().unwrap_or("").trim();
             match cell.parse::<f64>() {
                 Ok(value) if value.is_finite() => values.push(factor * value),
                 Err(_) if values.is_empty() || line.trim().is_empty() => {}
                 _ => {
                     let message = format!(
-                        "line {} of {} ends in no number: \"{}\"",
-                        at + 1,
+                        "line {} of {} does not end in a number: \"{}\"",
+                        index + 1,
                         path.display(),
                         quantity::truncate(line)
                     );
                     return Err(crate::base::error::Error::new(Code::NotANumber, message)
-                        .with_hint("the last cell of each line is a value; the values cover one turn, equally spaced"));
+                        .with_hint("the last cell of each line must be a value; the values cover one turn, equally spaced"));
                 }
             }
         }
         Ok(values)
     };
     read()
-        .map_err(|error| f.errors.push(error.with_span(&place)))
+        .map_err(|error| f.errors.push(error.with_span(&span)))
         .ok()
 }
 
-/// Sizes that do not go with a cause.
+/// Reports magnitudes that do not apply to the cause.
 fn check_combination(f: &mut TableReader, cause: ErrorCause, size: &ErrorDefinition) {
     let refuse = |f: &mut TableReader, key: &str, hint: &str| {
-        let message = format!("`{key}` does not go with cause = \"{}\"", cause.name());
+        let message = format!("`{key}` does not apply to cause = \"{}\"", cause.name());
         f.report_key(Code::Conflict, key, message, hint);
     };
     let is_offset = cause.is_offset();
-    let graded = matches!(size, ErrorDefinition::Grade { .. });
-    let once = matches!(size, ErrorDefinition::Orders(terms) if terms.iter().all(|t| t.0 == 1));
-    let known = [
+    let is_graded = matches!(size, ErrorDefinition::Grade { .. });
+    let is_first = matches!(size, ErrorDefinition::Orders(terms) if terms.iter().all(|t| t.0 == 1));
+    let graded_causes = [
         ErrorCause::Eccentricity,
         ErrorCause::CumulativePitch,
         ErrorCause::SinglePitch,
         ErrorCause::Profile,
     ];
-    if graded && !known.contains(&cause) {
+    if is_graded && !graded_causes.contains(&cause) {
         refuse(
             f,
             "grade",
-            "a grade limits an eccentricity, a cumulative pitch, a single pitch or a profile",
+            "a grade applies to an eccentricity, a cumulative pitch, a single pitch or a profile",
         );
     }
-    if is_offset && !once && !graded {
+    if is_offset && !is_first && !is_graded {
         let key = [
             "order",
             "orders",
@@ -279,11 +279,11 @@ fn check_combination(f: &mut TableReader, cause: ErrorCause, size: &ErrorDefinit
         refuse(
             f,
             key,
-            "an offset turns once a turn; other orders have cause = \"form\"",
+            "an offset has order 1; use cause = \"form\" for other orders",
         );
     }
     if matches!(size, ErrorDefinition::Travel { .. }) && cause != ErrorCause::Lead {
-        refuse(f, "travel", "a travel is of a screw: cause = \"lead\"");
+        refuse(f, "travel", "a travel needs a screw: cause = \"lead\"");
     }
     if matches!(size, ErrorDefinition::Mesh(_)) && cause == ErrorCause::Lead {
         let key = ["harmonic", "harmonics"].into_iter().find(|k| f.has(k));
@@ -294,13 +294,13 @@ fn check_combination(f: &mut TableReader, cause: ErrorCause, size: &ErrorDefinit
         );
     }
     if matches!(size, ErrorDefinition::Tilt { .. }) && cause != ErrorCause::Misalignment {
-        refuse(f, "tilt", "a tilt is of a misaligned coupling");
+        refuse(f, "tilt", "a tilt applies to misaligned couplings only");
     }
     if cause == ErrorCause::BeltJoint && !matches!(size, ErrorDefinition::Joint { .. }) {
         refuse(
             f,
             "cause",
-            "a belt's joint has an `amplitude` and the belt's `length`",
+            "a belt's joint needs an `amplitude` and the belt's `length`",
         );
     }
 }

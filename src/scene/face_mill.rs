@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::csv_table::CsvTable;
 use super::factors::read_interval;
-use super::laws::{FaceMill, MillChips, MillPlace, StatedChips};
+use super::laws::{BladeSample, FaceMill, MillChips, StatedChips};
 use super::named_gear_file::NamedFile;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -82,7 +82,7 @@ fn passes(f: &mut TableReader) -> MillChips {
     for key in STATED {
         if f.item(key, "what `chips` replaces").is_some() {
             let message = format!("`{key}` and `chips` exclude each other");
-            let hint = "the file of `chips` holds the passes of all blades: leave the key out";
+            let hint = "the file of `chips` has the passes of all blades: omit the key";
             f.report_key(Code::Conflict, key, message, hint);
         }
     }
@@ -106,13 +106,13 @@ fn passes(f: &mut TableReader) -> MillChips {
     }
 }
 
-const WRITTEN_BY: &str = "write the file by `geardyn gear cut FILE --chips CHIPS.csv`";
+const WRITTEN_BY: &str = "create the file by `geardyn gear cut FILE --chips CHIPS.csv`";
 
 /// Relative difference of steps that printed digits leave.
 const UNEVEN: f64 = 1e-4;
 
 /// Places of a file, pass by pass.
-fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> {
+fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<BladeSample>>, Errors> {
     let names = [
         ("head", Some(QuantityKind::Angle)),
         ("slot", Some(QuantityKind::Angle)),
@@ -127,18 +127,18 @@ fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> 
         let error = error.with_hint(WRITTEN_BY);
         Err(table.locate(error).into())
     };
-    let mut passes: Vec<Vec<MillPlace>> = Vec::new();
+    let mut passes: Vec<Vec<BladeSample>> = Vec::new();
     for (i, pass) in numbers.iter().enumerate() {
         let [head, angle, edge, thickness] = [0, 1, 2, 3].map(|k| table.columns[k][i]);
         for (name, value) in [("edge", edge), ("thickness", thickness)] {
             if !(value >= 0.0) {
                 return wrong(
                     i,
-                    &format!("{name} is {} mm (must not be below 0)", 1e3 * value),
+                    &format!("{name} is {} mm (must not be negative)", 1e3 * value),
                 );
             }
         }
-        let place = MillPlace {
+        let place = BladeSample {
             head,
             angle,
             edge,
@@ -152,23 +152,23 @@ fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> 
                 );
                 match steps {
                     (Some(step), _) if !(step > 0.0) => {
-                        return wrong(i, "the turn of the head does not rise within the pass");
+                        return wrong(i, "the head angle does not increase within the pass");
                     }
                     (Some(step), Some(first)) if (step / first - 1.0).abs() > UNEVEN => {
                         return wrong(
                             i,
-                            "the turn of the head does not rise by equal steps within the pass",
+                            "the head angle does not increase in equal steps within the pass",
                         );
                     }
                     _ => last.push(place),
                 }
             }
             Some(last) if last.len() < 2 => {
-                return wrong(i - 1, "the pass has one place, and its length is not known");
+                return wrong(i - 1, "the pass has only one point, hence no length");
             }
             last => {
                 if last.is_some() && !(*pass > numbers[i - 1]) {
-                    return wrong(i, "the number of the pass does not rise");
+                    return wrong(i, "the number of the pass does not increase");
                 }
                 passes.push(vec![place]);
             }
@@ -177,7 +177,7 @@ fn read_passes(source: &Arc<SourceFile>) -> Result<Vec<Vec<MillPlace>>, Errors> 
     match passes.last() {
         Some(last) if last.len() >= 2 => Ok(passes),
         _ => {
-            let error = Error::new(Code::OutOfRange, "the last pass has less than two places");
+            let error = Error::new(Code::OutOfRange, "the last pass has fewer than two points");
             Err(error
                 .with_span(&SourceSpan::new(source.clone(), 0..0))
                 .with_hint(WRITTEN_BY)

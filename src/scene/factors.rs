@@ -32,7 +32,7 @@ pub fn factors(f: &mut TableReader) -> Vec<LoadHistory> {
     f.require("factors");
     if f.has("factors") && all.is_empty() {
         let hint = "write factors = [{ kind = \"step\", time = \"0.5 s\" }, …]";
-        f.report_key(Code::OutOfRange, "factors", "`factors` lists nothing", hint);
+        f.report_key(Code::OutOfRange, "factors", "`factors` is empty", hint);
     }
     all
 }
@@ -80,7 +80,7 @@ pub fn read_interval(f: &mut TableReader, key: &str) -> [f64; 2] {
             Code::OutOfRange,
             key,
             format!("`{key}` ends before it begins"),
-            "give the begin and then the end",
+            "give the beginning before the end",
         );
     }
     [start, end]
@@ -113,15 +113,15 @@ fn paired(
             Code::WrongType,
             key,
             message,
-            "give as many of one as of the other, one at least",
+            "give the same number of both, at least one",
         );
     }
     if x.windows(2).any(|pair| pair[1] < pair[0]) {
         f.report_key(
             Code::OutOfRange,
             along,
-            format!("`{along}` runs backward"),
-            "give the points in rising order",
+            format!("`{along}` decreases"),
+            "give the points in increasing order",
         );
     }
     x.into_iter().zip(y).collect()

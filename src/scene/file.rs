@@ -1,4 +1,4 @@
-//! A model or scene file from the first byte to a checked `Scene`.
+//! Reads a model or scene file into a checked `Scene`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,42 +19,42 @@ use crate::base::table_reader::TableReader;
 use crate::base::tables::{read_table, read_tables};
 use crate::base::toml::{self, Document};
 
-/// A model with what a scene asks of it; a model file alone is a scene without studies.
+/// Model with the requested studies; a model file alone gives a scene without studies.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// The machine, with the scene's changes made.
+    /// Model of the machine, with the changes of the scene.
     pub model: Model,
-    /// The model file.
+    /// Path of the model file.
     pub model_path: PathBuf,
     /// Initial conditions of the motion.
     pub start: InitialConditions,
-    /// Requested studies, in their order.
+    /// Requested studies, in the order of the file.
     pub studies: Vec<Study>,
-    /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
+    /// Files read, the file passed to [`read`] first; a hash of the input covers their texts.
     pub sources: Vec<Arc<SourceFile>>,
     /// Paths of the files that state bare numbers in SI.
     pub(super) bare_si: Vec<String>,
 }
 
 impl Scene {
-    /// Path of each of these files.
+    /// Paths of the files read.
     pub fn files(&self) -> Vec<PathBuf> {
         let path = |source: &Arc<SourceFile>| PathBuf::from(&source.path);
         self.sources.iter().map(path).collect()
     }
 }
 
-/// Reads a model or a scene, and the model the scene names.
+/// Reads a model file, or a scene file and the model it names.
 pub fn read(path: &Path) -> Result<Scene, Errors> {
     read_source(load::load(path)?)
 }
 
-/// Reads the text of a model or a scene as if it stood in the file `path`.
+/// Reads the text of a model or a scene as the content of the file `path`.
 pub fn read_text(path: &str, text: &str) -> Result<Scene, Errors> {
     read_source(load::source_from_text(path.to_string(), text))
 }
 
-/// Tables a model file does not have.
+/// Top-level keys that only a scene file has.
 const SCENE_KEYS: [&str; 4] = ["study", "start", "set", "model_loads"];
 
 fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
@@ -72,7 +72,7 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
             gear.is_some_and(|gear| gear.get("spans").is_some() && gear.get("module").is_none());
         let path = &source.path;
         let hint = match is_unknown {
-            true => format!("`geardyn gear reverse {path}` finds the gears it may be"),
+            true => format!("`geardyn gear reverse {path}` finds the possible gears"),
             false => format!("`geardyn measure {path}` evaluates it"),
         };
         return Err(error.with_hint(hint).into());
@@ -84,12 +84,12 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
             .with_hint(format!("`geardyn gear {}` computes them", source.path))
             .into());
     }
-    let belongs = |key: &&str| document.root.get(key).is_some();
-    if let (Some(key), None) = (SCENE_KEYS.into_iter().find(belongs), &document.syntax_error) {
+    let has_key = |key: &&str| document.root.get(key).is_some();
+    if let (Some(key), None) = (SCENE_KEYS.into_iter().find(has_key), &document.syntax_error) {
         let span = SourceSpan::new(source.clone(), 0..0);
         let error = Error::new(
             Code::MissingKey,
-            format!("`{key}` belongs to a scene, and a scene names its model"),
+            format!("`{key}` belongs to a scene, and a scene must name its model"),
         );
         return Err(error
             .with_span(&span)
@@ -111,30 +111,30 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     })
 }
 
-/// All errors, or the value. Behind a syntax error nothing was read, so what seems to be missing may stand there.
+/// Returns the value, or all errors. Nothing is read after a syntax error, so reports of missing items are dropped there.
 fn finish<T>(
     mut errors: ErrorCollector,
-    broken: Option<Error>,
+    syntax_error: Option<Error>,
     value: impl FnOnce() -> T,
 ) -> Result<T, Errors> {
-    if let Some(broken) = broken {
+    if let Some(syntax_error) = syntax_error {
         errors.errors.retain(|error| {
             !matches!(
                 error.code,
                 Code::MissingKey | Code::UnknownNode | Code::EmptyMachine
             )
         });
-        errors.push(broken);
+        errors.push(syntax_error);
     }
     Errors::into_result(errors.errors, value)
 }
 
-fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Errors> {
+fn read_scene(document: Document, mut errors: ErrorCollector) -> Result<Scene, Errors> {
     let span = SourceSpan::new(document.source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the scene", &mut notes);
+    let mut f = TableReader::new(&document.root, span, "the scene", &mut errors);
     let (title, _) = heading(&mut f);
-    let named = f.optional_text("model");
-    let added = SceneAdditions {
+    let name = f.optional_text("model");
+    let additions = SceneAdditions {
         loads: read_tables(&mut f, "load", loads_and_motors::load),
         motors: read_tables(&mut f, "motor", loads_and_motors::motor),
         brakes: brakes(&mut f),
@@ -146,14 +146,14 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     let start = read_table(&mut f, "start", initial_conditions::read).unwrap_or_default();
     let studies = read_tables(&mut f, "study", study::read);
     f.item("set", "a table of \"element.key\" = value");
-    let at = f.span_of("model").clone();
+    let model_span = f.span_of("model").clone();
     f.finish();
-    let whole = document.syntax_error.is_none();
-    let found = named
-        .filter(|_| whole)
-        .and_then(|named| model_of(&document, named, &at, added, &mut notes));
-    // Without a model an error has been noted, and the scene below is not made.
-    let (mut model, model_path, source, broken) = match found {
+    let is_complete = document.syntax_error.is_none();
+    let named_model = name
+        .filter(|_| is_complete)
+        .and_then(|name| load_model(&document, name, &model_span, additions, &mut errors));
+    // Without a model an error is already reported, and `finish` returns it.
+    let (mut model, model_path, source, syntax_error) = match named_model {
         Some((model, path, file)) => (model, path, file.source, file.syntax_error),
         None => (
             Model::default(),
@@ -165,8 +165,8 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     if !title.is_empty() {
         model.title = title;
     }
-    let bare_si = notes.bare_si.clone();
-    finish(notes, broken, || Scene {
+    let bare_si = errors.bare_si.clone();
+    finish(errors, syntax_error, || Scene {
         sources: [document.source.clone(), source]
             .into_iter()
             .chain(model.gear_files())
@@ -179,16 +179,16 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     })
 }
 
-/// The model a scene names, changed as the scene says.
-fn model_of(
+/// Reads the model that a scene names and applies the changes of the scene.
+fn load_model(
     scene: &Document,
-    named: &str,
-    at: &SourceSpan,
-    added: SceneAdditions,
+    name: &str,
+    span: &SourceSpan,
+    additions: SceneAdditions,
     errors: &mut ErrorCollector,
 ) -> Option<(Model, PathBuf, Document)> {
     let folder = Path::new(&scene.source.path).parent();
-    let path = folder.unwrap_or(Path::new("")).join(named);
+    let path = folder.unwrap_or(Path::new("")).join(name);
     let source = match load::load(&path) {
         Ok(source) => source,
         Err(error) if error.code == Code::NotText => {
@@ -196,8 +196,8 @@ fn model_of(
             return None;
         }
         Err(error) => {
-            let error = error.with_span(at).with_label("in the scene");
-            errors.push(error.with_hint("the path starts from the scene's folder"));
+            let error = error.with_span(span).with_label("in the scene");
+            errors.push(error.with_hint("the path is relative to the scene's folder"));
             return None;
         }
     };
@@ -207,7 +207,7 @@ fn model_of(
         let error = Error::new(Code::Conflict, "the model is itself a scene");
         errors.push(
             error
-                .with_span(at)
+                .with_span(span)
                 .with_hint("name the model file of that scene"),
         );
         return None;
@@ -215,11 +215,11 @@ fn model_of(
     if let (Some(set), None) = (scene.root.get("set"), &file.syntax_error) {
         overrides::apply(set, &mut file.root, errors);
     }
-    let model = read_model(&file, added, errors);
+    let model = read_model(&file, additions, errors);
     Some((model, path, file))
 }
 
-/// Keys both kinds of file have at their top.
+/// Reads `units`, `title` and `source`, which models and scenes share.
 fn heading(f: &mut TableReader) -> (String, String) {
     f.choice("units", &[("SI", ())]);
     let mut text = |key| f.optional_text(key).unwrap_or_default().to_string();
@@ -234,21 +234,21 @@ struct SceneAdditions {
     brakes: Vec<Brake>,
     errors: Vec<DeclaredError>,
     work: Option<Arc<GeneratorWork>>,
-    /// The model's own loads are left out.
+    /// True if the loads of the model file are omitted.
     without_model_loads: bool,
 }
 
-/// Brakes, then clutches: friction of one kind.
+/// Reads brakes, then clutches, which share one friction model.
 fn brakes(f: &mut TableReader) -> Vec<Brake> {
-    let mut all = read_tables(f, "brake", loads_and_motors::brake);
-    all.extend(read_tables(f, "clutch", loads_and_motors::clutch));
-    all
+    let mut brakes = read_tables(f, "brake", loads_and_motors::brake);
+    brakes.extend(read_tables(f, "clutch", loads_and_motors::clutch));
+    brakes
 }
 
-/// The tables of a model file; what a scene adds comes after its own.
-fn read_model(file: &Document, added: SceneAdditions, notes: &mut ErrorCollector) -> Model {
+/// Reads the tables of a model file and appends the additions of the scene.
+fn read_model(file: &Document, additions: SceneAdditions, errors: &mut ErrorCollector) -> Model {
     let span = SourceSpan::new(file.source.clone(), 0..0);
-    let mut f = TableReader::new(&file.root, span.clone(), "the model", notes);
+    let mut f = TableReader::new(&file.root, span.clone(), "the model", errors);
     let (title, source) = heading(&mut f);
     let mut model = Model {
         title,
@@ -273,27 +273,27 @@ fn read_model(file: &Document, added: SceneAdditions, notes: &mut ErrorCollector
         speeds: read_table(&mut f, "speed", supports::speeds).unwrap_or_default(),
         work: read_table(&mut f, "work", generator_work::read).flatten(),
     };
-    if added.without_model_loads {
+    if additions.without_model_loads {
         model.loads.clear();
     }
-    model.loads.extend(added.loads);
-    model.motors.extend(added.motors);
-    model.brakes.extend(added.brakes);
-    model.errors.extend(added.errors);
-    model.work = added.work.or(model.work);
-    let empty = !["inertia", "chain", "planetary"]
+    model.loads.extend(additions.loads);
+    model.motors.extend(additions.motors);
+    model.brakes.extend(additions.brakes);
+    model.errors.extend(additions.errors);
+    model.work = additions.work.or(model.work);
+    let is_empty = !["inertia", "chain", "planetary"]
         .iter()
         .any(|key| f.has(key));
     f.finish();
-    // A misspelt [[inertia]] has been noted as such.
-    if empty && notes.errors.is_empty() {
-        let what = match file.source.text.trim().is_empty() {
+    // A misspelt [[inertia]] is already reported.
+    if is_empty && errors.errors.is_empty() {
+        let message = match file.source.text.trim().is_empty() {
             true => "the file is empty",
             false => "the model has no [[inertia]], so nothing can move",
         };
-        let error = Error::new(Code::EmptyMachine, what).with_span(&span);
-        notes.push(error.with_hint("`geardyn new FILE` writes a model to start from"));
+        let error = Error::new(Code::EmptyMachine, message).with_span(&span);
+        errors.push(error.with_hint("`geardyn new FILE` writes a model to start from"));
     }
-    consistency::check(&model, notes);
+    consistency::check(&model, errors);
     model
 }

@@ -37,10 +37,7 @@ pub fn read_bearing_friction(f: &mut TableReader) -> Option<BearingFriction> {
         f.report_missing("friction", &format!(", and `{key}` is given"));
     }
     if f.has("share") && !f.has("carries") {
-        f.report_missing(
-            "carries",
-            ", the pair of whose tooth force `share` is a part",
-        );
+        f.report_missing("carries", ", the pair whose tooth force `share` refers to");
     }
     f.exclusive("radial_load", "carries");
     if constant.is_none() && coefficient.is_none() {
@@ -102,21 +99,21 @@ pub fn read_tooth_friction(
     }
     let path = along.unwrap_or(false);
     if f.has("path_phase") && !path {
-        let hint = "add sliding = \"path\", or leave the phase out";
-        let message = "`path_phase` is of friction along the path of contact";
+        let hint = "add sliding = \"path\", or omit the phase";
+        let message = "`path_phase` applies to friction along the path of contact only";
         f.report_key(Code::Conflict, "path_phase", message, hint);
     }
     if !["k", "characteristic", "gear"].iter().any(|key| f.has(key)) {
-        f.report_missing("k", ", which gives the tooth force that `friction` goes by");
+        f.report_missing("k", ", which gives the tooth force of `friction`");
     }
     if bevel {
-        let message = "`friction` is of gears on parallel axes";
-        let hint = "leave it out, or put what it costs into a [[bearing]] with `friction_torque`";
+        let message = "`friction` applies to gears on parallel axes only";
+        let hint = "omit it, or state the loss as `friction_torque` of a [[bearing]]";
         f.report_key(Code::Conflict, "friction", message, hint);
     }
     if inclined && path {
-        let message = "teeth at a helix angle pass the pitch point bit by bit";
-        let hint = "take sliding = \"mean\", their friction over the whole mesh cycle";
+        let message = "helical teeth pass the pitch point gradually";
+        let hint = "use sliding = \"mean\", the mean friction over the mesh cycle";
         f.report_key(Code::Conflict, "sliding", message, hint);
     }
     Some(ToothFriction {

@@ -60,7 +60,7 @@ pub(super) fn pair(f: &mut TableReader) -> PairTable {
     let deviation: Option<[f64; 2]> = deviation.and_then(|d| d.try_into().ok());
     if deviation.is_some_and(|[low, high]| low > high) {
         let key = "centre_distance_deviation";
-        let hint = "it takes the lower deviation first: [\"-20 µm\", \"20 µm\"]";
+        let hint = "give the lower deviation first: [\"-20 µm\", \"20 µm\"]";
         f.report_key(Code::OutOfRange, key, format!("`{key}` falls"), hint);
     }
     PairTable {
@@ -296,7 +296,7 @@ pub(super) fn member(f: &mut TableReader) -> MemberTable {
     let internal = f.flag("internal");
     let shaper_teeth = f.optional_count("shaper_teeth", 1, MAX_TEETH);
     if shaper_teeth.is_some() && !internal {
-        let message = "`shaper_teeth` belongs to an internal gear; a rack cuts external teeth";
+        let message = "`shaper_teeth` applies to internal gears only; a rack cuts external teeth";
         f.report_key(Code::Conflict, "shaper_teeth", message, "leave it out");
     }
     MemberTable {

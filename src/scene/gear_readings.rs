@@ -43,7 +43,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<GearReadingsFile, Errors> {
     let document = toml::parse(source);
     let table = document.root.table("measured_gear");
     if let Some(module) = table.and_then(|(table, _)| table.get("module")) {
-        let message = "`module` is known, so there is nothing to find";
+        let message = "`module` is already known";
         let error = Error::new(Code::Conflict, message).with_span(&module.key_place);
         return Err(error
             .with_hint("omit it, or evaluate the charts of the gear with `geardyn measure`")
@@ -124,7 +124,7 @@ fn gear(f: &mut TableReader) -> Option<GearReadings> {
     let of = |f: &mut TableReader, name: &str, value: Option<f64>, std: Option<f64>, unit: &str| {
         if value.is_some() && std.is_none() && all_read {
             let hint = format!(
-                "write uncertainty = {{ {name} = \"{unit}\" }}: its standard uncertainty, by which candidates are ranked"
+                "write uncertainty = {{ {name} = \"{unit}\" }}: its standard uncertainty, which ranks the candidates"
             );
             let message = format!("the standard uncertainty of `{name}` is not given");
             f.report_key(Code::MissingKey, "uncertainty", message, &hint);

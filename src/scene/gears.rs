@@ -35,7 +35,7 @@ fn module(f: &mut TableReader) -> Option<f64> {
         ["k", "characteristic"].into_iter().find(|key| f.has(key)),
         f.has("module") || f.has("gear"),
     ) {
-        let why = format!(", from which the lever of `{key}` follows");
+        let why = format!(", which gives the lever arm of `{key}`");
         f.report_missing("module", &why);
     }
     module
@@ -51,7 +51,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let internal = f.flag("internal");
     if internal && teeth[1] <= teeth[0] && teeth != [1, 1] {
         let message = format!(
-            "a ring of {} teeth cannot hold a gear of {}",
+            "a ring of {} teeth cannot contain a gear of {}",
             teeth[1], teeth[0]
         );
         f.report_key(
@@ -74,12 +74,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     };
     if internal && cone_angles != [0.0; 2] {
         let message = "an internal pair has parallel axes";
-        f.report_key(
-            Code::Conflict,
-            "internal",
-            message,
-            "leave the cone angles out",
-        );
+        f.report_key(Code::Conflict, "internal", message, "omit the cone angles");
     }
     let bevel = cone_angles != [0.0; 2];
     let friction = friction::read_tooth_friction(f, spiral_angles != [0.0; 2], bevel);
@@ -166,22 +161,21 @@ fn angles(f: &mut TableReader, teeth: [u32; 2]) -> ([f64; 2], [f64; 2]) {
     f.exclusive("helix_angle", "spiral_angle");
     let bevel = f.has("cone_angles") || f.has("shaft_angle");
     if bevel && f.has("helix_angle") {
-        let message = "`helix_angle` is of parallel axes";
+        let message = "`helix_angle` applies to parallel axes only";
         f.report_key(
             Code::Conflict,
             "helix_angle",
             message,
-            "bevel gears have a `spiral_angle`",
+            "use `spiral_angle` for bevel gears",
         );
     }
     if !bevel && f.has("spiral_angle") {
-        let message = "`spiral_angle` is of bevel gears, and no cone angles are given";
-        let hint = "give `shaft_angle` or `cone_angles`; parallel axes have a `helix_angle`";
+        let message = "`spiral_angle` applies to bevel gears, and no cone angles are given";
+        let hint = "give `shaft_angle` or `cone_angles`; use `helix_angle` for parallel axes";
         f.report_key(Code::Conflict, "spiral_angle", message, hint);
     }
     if f.has("shaft_angle") && spiral.is_some_and(|[one, two]| one != two) {
-        let message =
-            "two spiral angles make a hypoid pair, whose cones do not follow from `shaft_angle`";
+        let message = "two spiral angles define a hypoid pair, whose cones are not determined by `shaft_angle`";
         f.report_key(Code::Conflict, "shaft_angle", message, "give `cone_angles`");
     }
     let cone_angles = cones
@@ -258,7 +252,7 @@ pub fn belt(f: &mut TableReader) -> Belt {
         if !f.has("teeth") {
             f.report_missing("diameters", " or `teeth`");
         } else if f.has("k") && !f.has("pitch") {
-            f.report_missing("pitch", ", from which the lever of `k` follows");
+            f.report_missing("pitch", ", which gives the lever arm of `k`");
         }
     }
     let rigid = !f.has("k");

@@ -26,7 +26,7 @@ pub fn read(f: &mut TableReader) -> Option<Arc<GeneratorWork>> {
         Ok(source) => source,
         Err(error) => {
             f.push(
-                error.with_hint("the path starts from the folder of the file that has [work]"),
+                error.with_hint("the path is relative to the folder of the file with [work]"),
                 &span,
             );
             return None;

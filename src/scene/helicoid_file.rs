@@ -83,8 +83,8 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Err
         angle
     });
     let reground = reground_radius.map(|radius| {
-        let message = "`tool.reground_radius` is of threads that a wheel grinds";
-        let hint = "take type = \"ZK\" or \"ZC\", or leave reground_radius out";
+        let message = "`tool.reground_radius` applies to ground threads only";
+        let hint = "use type = \"ZK\" or \"ZC\", or omit reground_radius";
         let none = || Error::new(Code::Conflict, message).with_span(&span);
         thread
             .reground(radius)
@@ -93,7 +93,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Err
     let reground = reground.transpose()?;
     if !(0.0 < radii[0] && radii[0] < reference && reference < radii[1]) {
         let message = format!(
-            "the flank from {:.3} to {:.3} mm diameter does not hold the reference diameter {:.3} mm",
+            "the flank from {:.3} to {:.3} mm diameter does not contain the reference diameter {:.3} mm",
             2e3 * radii[0],
             2e3 * radii[1],
             2e3 * reference

@@ -265,7 +265,7 @@ pub enum MillChips {
         /// Time of the first position of the first pass, s.
         start: f64,
         /// Blade positions of each pass: two or more at equal angular steps of the head.
-        passes: Vec<Vec<MillPlace>>,
+        passes: Vec<Vec<BladeSample>>,
         /// Chip file; absent where it cannot be read.
         source: Option<Arc<SourceFile>>,
     },
@@ -303,7 +303,7 @@ pub struct StatedChips {
 
 /// Blade position in a pass through the slot, with its chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MillPlace {
+pub struct BladeSample {
     /// Rotation of the head from the first position of the first pass, rad.
     pub head: f64,
     /// Angle of the blade from the slot centre in the sense of rotation, rad.

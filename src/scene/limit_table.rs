@@ -60,7 +60,7 @@ pub fn read(path: &Path) -> Result<(Arc<SourceFile>, Vec<ToleranceLimit>), Error
         }
     }
     if table.is_empty() && errors.is_empty() {
-        let error = Error::new(Code::EmptyLog, "the table of limits has no line");
+        let error = Error::new(Code::EmptyLog, "the table of limits has no rows");
         errors.push(error.with_span(&SourceSpan::new(source.clone(), 0..0)));
     }
     Errors::into_result(errors, || (source, table))
@@ -95,13 +95,13 @@ fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<ToleranceLimit, Error> {
             Some(meant) => format!("did you mean {meant}?"),
             None => "it takes dF_sum, dt_sum, e0, d0L, d0a, dF, dt0, dt, df, dga, dB0, or today's keys such as Fp".into(),
         };
-        let message = format!("\"{}\" is no quantity known here", truncate(key));
+        let message = format!("\"{}\" is not a known quantity", truncate(key));
         Error::new(Code::OutOfRange, message).with_hint(hint)
     })?;
     let grade = cell("grade");
     let grade = grade.parse().map_err(|_| {
-        let message = format!("grade \"{}\" is no whole number", truncate(grade));
-        Error::new(Code::OutOfRange, message).with_hint("it takes 0 to 12")
+        let message = format!("grade \"{}\" is not a whole number", truncate(grade));
+        Error::new(Code::OutOfRange, message).with_hint("give a grade from 0 to 12")
     })?;
     let range = |what: &str| -> Result<(f64, f64), Error> {
         let (from, to) = (format!("{what}_from"), format!("{what}_to"));
@@ -113,7 +113,7 @@ fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<ToleranceLimit, Error> {
                 Code::OutOfRange,
                 format!("`{from}` {low} is not below `{to}` {high}"),
             )
-            .with_hint("a size belongs to a line where it is above `from` and at most `to`")),
+            .with_hint("a row applies to sizes above `from` and at most `to`")),
         }
     };
     let limit = number("limit", cell("limit"), f64::NAN)?;
@@ -137,7 +137,7 @@ fn number(name: &str, text: &str, empty: f64) -> Result<f64, Error> {
     }
     let found: Option<f64> = text.parse().ok();
     found.filter(|x| !x.is_nan()).ok_or_else(|| {
-        let message = format!("`{name}` \"{}\" is no number", truncate(text));
+        let message = format!("`{name}` \"{}\" is not a number", truncate(text));
         Error::new(Code::NotANumber, message)
             .with_hint("sizes are in mm, limits in µm, with a decimal point")
     })

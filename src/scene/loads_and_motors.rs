@@ -229,7 +229,7 @@ fn read_sinusoid(f: &mut TableReader, kind: QuantityKind) -> Option<Sinusoid> {
 fn read_angle_profile(f: &mut TableReader) -> MotionProfile {
     let swing = read_sinusoid(f, QuantityKind::Angle);
     if !f.has("times") && !f.has("angles") && !f.has("amplitude") {
-        f.report_missing("amplitude", ", and no `times` and `angles` either");
+        f.report_missing("amplitude", ", nor `times` and `angles`");
     }
     let points = match f.has("times") || f.has("angles") {
         true => points(
@@ -247,7 +247,7 @@ fn read_angle_profile(f: &mut TableReader) -> MotionProfile {
             Code::OutOfRange,
             "angles",
             "the angle jumps",
-            "let it rise over a short time in place of the jump",
+            "replace the jump by a short ramp",
         );
     }
     MotionProfile {
@@ -269,7 +269,7 @@ fn read_nonzero_speed(f: &mut TableReader, key: &str) -> f64 {
             Code::OutOfRange,
             key,
             format!("`{key}` is zero"),
-            "give the speed with its sense",
+            "give the speed with its sign",
         );
     }
     speed
@@ -299,7 +299,7 @@ pub fn clutch(f: &mut TableReader) -> Brake {
             Code::OutOfRange,
             "torques",
             "a capacity below zero",
-            "friction always opposes the slip: give sizes",
+            "friction opposes the slip: give positive values",
         );
     }
     if points.windows(2).any(|p| p[1].0 == p[0].0) {
@@ -307,7 +307,7 @@ pub fn clutch(f: &mut TableReader) -> Brake {
             Code::OutOfRange,
             "times",
             "the capacity jumps",
-            "let it rise over a short time in place of the jump",
+            "replace the jump by a short ramp",
         );
     }
     let law = friction::read_unit_capacity_law(f);
@@ -347,7 +347,7 @@ fn multiplied(f: &mut TableReader, name: Name, between: [BranchEnd; 2]) -> Brake
         _ => false,
     };
     if factors.iter().any(jumps) {
-        let hint = "take a ramp over a short time in place of the jump";
+        let hint = "replace the jump by a short ramp";
         f.report_key(Code::OutOfRange, "factors", "the capacity jumps", hint);
     }
     if factors
@@ -355,8 +355,7 @@ fn multiplied(f: &mut TableReader, name: Name, between: [BranchEnd; 2]) -> Brake
         .any(|factor| factor.range().is_none_or(|r| r[0] < 0.0))
     {
         let message = "a factor of a capacity falls below zero";
-        let hint =
-            "friction always opposes the slip: give a harmonic a `mean` of its `value` at least";
+        let hint = "friction opposes the slip: give a harmonic a `mean` of at least its `value`";
         f.report_key(Code::OutOfRange, "factors", message, hint);
     }
     let law = friction::read_unit_capacity_law(f);
@@ -379,8 +378,8 @@ pub fn brake(f: &mut TableReader) -> Brake {
         f.report_key(
             Code::OutOfRange,
             "breakaway",
-            "a brake that holds less than it rubs",
-            "give at least the sliding torque, or leave it out",
+            "the holding torque of the brake is below its sliding torque",
+            "give at least the sliding torque, or omit it",
         );
     }
     Brake {

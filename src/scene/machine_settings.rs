@@ -221,7 +221,8 @@ impl SettingsTable {
                     "the {side} flank of {} has `spiral_angle` and settings",
                     f.title
                 );
-                let hint = "`spiral_angle` gives rough settings: leave the settings out, or `spiral_angle`";
+                let hint =
+                    "`spiral_angle` gives rough settings: omit the settings, or `spiral_angle`";
                 f.report(Code::Conflict, message, &span, hint);
                 return None;
             }
@@ -245,13 +246,13 @@ impl SettingsTable {
             f,
             by_eccentric.or(self.radial_distance),
             "radial_distance",
-            "or `eccentric_angle` with `machine_constant`; who has no settings gives `spiral_angle` alone",
+            "or `eccentric_angle` with `machine_constant`; without settings give `spiral_angle` only",
         );
         let cradle_angle = need(
             f,
             self.cradle_angle,
             "cradle_angle",
-            "the angular place q of the cutter's centre",
+            "the angular position q of the cutter's centre",
         );
         let machine_root_angle = need(
             f,
@@ -277,11 +278,9 @@ impl SettingsTable {
                 if ratio.is_some() || is_modified || self.helical_motion.is_some() {
                     complete = false;
                     let span = f.span.clone();
-                    let message = format!(
-                        "the {side} flank of {} is formate and does not roll",
-                        f.title
-                    );
-                    let hint = "leave the ratio of roll, its modification and `helical_motion` out, or take process = \"generated\"";
+                    let message =
+                        format!("the {side} flank of {} is formate and has no roll", f.title);
+                    let hint = "omit the ratio of roll, its modification and `helical_motion`, or use process = \"generated\"";
                     f.report(Code::Conflict, message, &span, hint);
                 }
                 None

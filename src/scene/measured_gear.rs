@@ -1,4 +1,4 @@
-//! Reads `[measured_gear]` with `[[chart]]`: gear data, required accuracy, chart files.
+//! Reads `[measured_gear]` and `[[chart]]` of a measured-gear file: gear data, required accuracy, charts.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::gear::measurement::accuracy_grades::AccuracyGrades;
 use crate::gear::measurement::iso1328::Edition;
 use crate::gear::measurement::pitch::PitchMethod;
 
-/// A gear with its charts, as its file describes them.
+/// Measured gear with its charts, as described in its file.
 #[derive(Debug, Clone)]
 pub struct MeasuredGear {
     /// Title in the file.
@@ -35,85 +35,85 @@ pub struct MeasuredGear {
     pub tip_diameter: Option<f64>,
     /// Total contact ratio with its mate.
     pub contact_ratio: Option<f64>,
-    /// Short wave the design itself has, m.
+    /// Short-wave component of the design itself, m.
     pub designed_short_wave: Option<f64>,
     /// Allowed normal thickness deviations, lower and upper, m.
     pub thickness: Option<[f64; 2]>,
     /// Required accuracy.
     pub requirement: Option<AccuracyRequirement>,
-    /// The charts.
+    /// Charts.
     pub charts: Vec<MeasuredChart>,
-    /// The gear file that determines the gear, where it names one.
+    /// Gear file that determines the gear; `None` if the keys describe it.
     pub gear_file: Option<Arc<SourceFile>>,
-    /// The file.
+    /// Source file.
     pub source: Arc<SourceFile>,
 }
 
 /// Required accuracy of a gear.
 #[derive(Debug, Clone)]
 pub struct AccuracyRequirement {
-    /// By which standard; `None`: JB 179-60, whose limits come from a table file.
+    /// Edition of ISO 1328-1; `None` for JB 179-60, whose limits come from a table file.
     pub edition: Option<Edition>,
-    /// Grades.
+    /// Accuracy grades.
     pub accuracy: AccuracyGrades,
-    /// The table file with limits, from the folder of this file.
+    /// Table file with the limits, relative to the folder of this file.
     pub table: Option<PathBuf>,
 }
 
-/// One chart or list of readings.
+/// Chart or list of readings.
 #[derive(Debug, Clone)]
 pub struct MeasuredChart {
     /// Measured quantity, with the settings of its evaluation.
     pub kind: ChartKind,
-    /// Log file of the chart, from the folder of this file.
+    /// Log file of the chart, relative to the folder of this file.
     pub file: PathBuf,
-    /// Columns that belong to neither flank, to the left flanks, to the right flanks.
+    /// Names of the columns for neither flank, for the left flanks and for the right flanks.
     pub columns: [Vec<String>; 3],
-    /// Unit of the columns where their names do not say it.
+    /// Unit of the columns if their names do not include it.
     pub unit: Option<String>,
     /// Standard uncertainty of one reading, m.
     pub std: Option<f64>,
-    /// Start of the table.
+    /// Source span of the table.
     pub span: SourceSpan,
 }
 
 /// Kind of measured chart.
 #[derive(Debug, Clone)]
 pub enum ChartKind {
-    /// Pitches, over `k` teeth as well.
+    /// Pitch deviations, single and over `k` pitches.
     Pitch {
         /// Method of the readings.
         method: PitchMethod,
-        /// Over how many pitches F_pk reaches.
+        /// Number of pitches for F_pk.
         k: Option<u32>,
     },
     /// Profile or helix traces.
     Trace(TraceSettings),
-    /// A ball in every space.
+    /// Runout by a ball in every tooth space.
     Runout,
     /// Deviations of base pitches.
     BasePitch,
-    /// Spans over `k` teeth.
+    /// Span measurements over `k` teeth.
     Span {
-        /// Teeth spanned.
+        /// Number of spanned teeth.
         k: Option<u32>,
     },
-    /// Over balls or pins of a diameter, m.
+    /// Dimensions over balls or pins.
     Balls {
-        /// The ball's.
+        /// Diameter of the ball or pin, m.
         diameter: f64,
     },
-    /// Chords at the reference cylinder.
+    /// Chordal tooth thicknesses at the reference cylinder.
     Chord,
-    /// Constant chords.
+    /// Constant-chord tooth thicknesses.
     ConstantChord,
-    /// Centre distance with a master on both flanks.
+    /// Centre distance in double-flank contact with a master gear.
     DoubleFlank,
-    /// Transmission error with a master on one flank.
+    /// Transmission error in single-flank contact with a master gear.
     SingleFlank {
-        /// Turns recorded.
+        /// Number of recorded revolutions.
         turns: u32,
-        /// Lengths lie along the line of action, else along the reference circle; unsaid where angles were read.
+        /// True for lengths along the line of action, false for the reference circle; `None` if angles were recorded.
         along_action: Option<bool>,
         /// Angle of the gear at which tooth 1 comes into contact, rad.
         first_contact: Option<f64>,
@@ -123,30 +123,30 @@ pub enum ChartKind {
 /// Settings for the evaluation of traces.
 #[derive(Debug, Clone)]
 pub struct TraceSettings {
-    /// Along the profile, else along the face.
+    /// True for a profile trace, false for a helix trace.
     pub is_profile: bool,
-    /// Column of places.
+    /// Column of the position along the trace.
     pub along: String,
-    /// Unit where the column's name does not include it.
+    /// Unit of that column if its name does not include it.
     pub along_unit: Option<String>,
-    /// Evaluation range, m; all by default.
+    /// Evaluation range, m; the whole trace by default.
     pub evaluation: Option<[f64; 2]>,
-    /// The range the mean line is extended to for the slope, m.
+    /// Range to which the mean line is extended for the slope deviation, m.
     pub active: Option<[f64; 2]>,
     /// Design modifications of the flank.
     pub design: Vec<Modification>,
-    /// Start of the relief to be evaluated, m.
+    /// Position along the trace at which the evaluated relief begins, m.
     pub relief_from: Option<f64>,
-    /// Filter that removes shorter wavelengths from the trace first.
+    /// Filter that removes shorter wavelengths before the evaluation.
     pub filter: Option<TraceFilter>,
 }
 
-/// A Gaussian filter of a trace.
+/// Gaussian filter of a trace.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TraceFilter {
-    /// Cut-off, m.
+    /// Cut-off wavelength, m.
     Cutoff(f64),
-    /// A thirtieth of the evaluation range, 25 µm at least.
+    /// Cut-off at 1/30 of the evaluation range, at least 25 µm.
     OfRange,
 }
 
@@ -155,16 +155,16 @@ pub fn is_measured_gear(source: &Arc<SourceFile>) -> bool {
     toml::parse(source).root.get("measured_gear").is_some()
 }
 
-/// Reads one.
+/// Reads a measured-gear file.
 ///
 /// # Errors
-/// Everything wrong in it.
+/// All errors in the file.
 pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     let document = toml::parse(source);
-    let mut notes = ErrorCollector::default();
-    notes.record_units(&document);
+    let mut collector = ErrorCollector::default();
+    collector.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the measured gear", &mut notes);
+    let mut f = TableReader::new(&document.root, span, "the measured gear", &mut collector);
     let title = read_heading(&mut f);
     f.item(
         "truth",
@@ -172,8 +172,8 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     );
     let gear = read_table(&mut f, "measured_gear", gear);
     f.require("measured_gear");
-    let described = gear.as_ref().and_then(Option::as_ref);
-    let flank = described.map(|gear| gear.flank).unwrap_or_default();
+    let gear_table = gear.as_ref().and_then(Option::as_ref);
+    let flank = gear_table.map(|gear| gear.flank).unwrap_or_default();
     let charts = read_tables(&mut f, "chart", |f| chart(f, flank));
     if charts.is_empty() {
         let hint = "write [[chart]] with its kind, its file and its columns";
@@ -181,13 +181,13 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     }
     let charts: Vec<MeasuredChart> = charts.into_iter().flatten().collect();
     f.finish();
-    let mut errors = notes.errors;
+    let mut errors = collector.errors;
     errors.extend(document.syntax_error);
     let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));
     let Some(gear) = gear.flatten() else {
-        let unknown = Error::new(Code::MissingKey, "the gear is not described")
+        let error = Error::new(Code::MissingKey, "the gear is not described")
             .with_span(&SourceSpan::new(source.clone(), 0..0));
-        return Errors::into_result(errors, || ()).and(Err(unknown.into()));
+        return Errors::into_result(errors, || ()).and(Err(error.into()));
     };
     Errors::into_result(errors, || MeasuredGear {
         title,
@@ -213,17 +213,17 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     })
 }
 
-/// Data of the gear for its profile charts.
+/// Gear data for the evaluation of profile charts.
 #[derive(Debug, Default, Clone, Copy)]
 struct FlankData {
     internal: bool,
-    /// Lengths of roll of the active profile by its gear file, m.
+    /// Lengths of roll of the active profile from the gear file, m.
     active: Option<[f64; 2]>,
-    /// Tip relief by its gear file.
+    /// Tip relief from the gear file.
     tip_relief: Option<Relief>,
 }
 
-/// `[measured_gear]`.
+/// Contents of `[measured_gear]`.
 struct GearTable {
     gear: InvoluteGear,
     flank: FlankData,
@@ -237,7 +237,7 @@ struct GearTable {
 }
 
 /// Keys that a gear file determines.
-const DETERMINED: [&str; 9] = [
+const GEAR_FILE_KEYS: [&str; 9] = [
     "teeth",
     "internal",
     "module",
@@ -253,26 +253,26 @@ fn gear(f: &mut TableReader) -> Option<GearTable> {
     let errors = f.errors.errors.len();
     f.accept_former("helix", "helix_angle");
     if f.has("gear") {
-        let described = gear_of_file(f);
+        let table = gear_of_file(f);
         let thickness = read_thickness(f);
         let designed_short_wave = short_wave(f);
-        let requirement = demand(f);
-        return described
+        let requirement = read_requirement(f);
+        return table
             .filter(|_| f.errors.errors.len() == errors)
-            .map(|described| GearTable {
-                thickness: thickness.or(described.thickness),
+            .map(|table| GearTable {
+                thickness: thickness.or(table.thickness),
                 designed_short_wave,
                 requirement,
-                ..described
+                ..table
             });
     }
     let teeth = f.optional_count("teeth", 3, MAX_TEETH);
     f.require("teeth");
     let module = f.quantity("module", QuantityKind::Length, ValueRange::Positive);
-    let steep = ValueRange::Open(0.0, 45f64.to_radians(), "between 0 and 45 deg");
-    let pressure_angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, steep);
-    let lean = ValueRange::Open(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
-    let helix = f.optional_quantity("helix_angle", QuantityKind::Angle, lean);
+    let below_45_deg = ValueRange::Open(0.0, 45f64.to_radians(), "between 0 and 45 deg");
+    let pressure_angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, below_45_deg);
+    let within_80_deg = ValueRange::Open(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
+    let helix = f.optional_quantity("helix_angle", QuantityKind::Angle, within_80_deg);
     let internal = f.flag("internal");
     let shift = read_profile_shift(f);
     let mut positive =
@@ -281,7 +281,7 @@ fn gear(f: &mut TableReader) -> Option<GearTable> {
     let thickness = read_thickness(f);
     let contact_ratio = f.optional_number("contact_ratio", ValueRange::Positive);
     let designed_short_wave = short_wave(f);
-    let requirement = demand(f);
+    let requirement = read_requirement(f);
     if f.errors.errors.len() > errors {
         return None;
     }
@@ -316,17 +316,17 @@ fn short_wave(f: &mut TableReader) -> Option<f64> {
     )
 }
 
-/// A member of the gear file under `gear`; keys that it determines are errors next to it.
+/// Reads a member of the gear file named in `gear`; keys determined by that file are errors.
 fn gear_of_file(f: &mut TableReader) -> Option<GearTable> {
     let path = f.optional_text("gear")?;
     let members = [("pinion", 0), ("gear", 1)];
     let member = f.choice("member", &members);
     f.require("member");
-    for key in DETERMINED {
+    for key in GEAR_FILE_KEYS {
         if f.has(key) {
             f.item(key, "nothing");
             let message = format!("`{key}` is determined by the gear file {path}");
-            let hint = format!("leave `{key}` out, or leave `gear` out");
+            let hint = format!("omit `{key}` or `gear`");
             f.report_key(Code::Conflict, key, message, &hint);
         }
     }
@@ -350,30 +350,30 @@ fn gear_of_file(f: &mut TableReader) -> Option<GearTable> {
             return None;
         }
     };
-    let (k, made) = (member?, pair.members[member?]);
+    let (k, gear) = (member?, pair.members[member?]);
     let active = (pair.path_length() > 0.0).then(|| {
         let points = pair.path_points();
         let rolls = [points.a.roll[k], points.e.roll[k]];
         [rolls[0].min(rolls[1]), rolls[0].max(rolls[1])]
     });
     Some(GearTable {
-        gear: made.gear,
+        gear: gear.gear,
         flank: FlankData {
-            internal: made.gear.internal,
+            internal: gear.gear.internal,
             active,
             tip_relief: file.modifications[k].tip_relief,
         },
-        face_width: Some(made.face_width),
-        tip_diameter: Some(made.tip_diameter()),
+        face_width: Some(gear.face_width),
+        tip_diameter: Some(gear.tip_diameter()),
         contact_ratio: Some(pair.contact_ratios().total),
         designed_short_wave: None,
-        thickness: Some(made.thickness_deviation).filter(|d| d[0] < d[1]),
+        thickness: Some(gear.thickness_deviation).filter(|d| d[0] < d[1]),
         requirement: None,
         gear_file: Some(file.source),
     })
 }
 
-fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
+fn read_requirement(f: &mut TableReader) -> Option<AccuracyRequirement> {
     let standards = [
         ("ISO 1328-1:1995", Some(Edition::Y1995)),
         ("ISO 1328-1:2013", Some(Edition::Y2013)),
@@ -400,22 +400,22 @@ fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
         }
     };
     if !f.has("standard") {
-        f.report_missing("standard", ", by which the grade is required");
+        f.report_missing("standard", "of the required grade");
     }
     let edition = standard?;
     if edition.is_none() && table.is_none() {
-        let hint = "its tables are not part of geardyn: write them into a table file (docs/reference/measured-gears.md) and name it \
-                    in `limits`; leave `accuracy` out to have the values alone";
+        let hint = "its tables are not part of geardyn: write them into a table file (docs/reference/measured-gears.md) \
+                    and name it in `limits`; omit `accuracy` for the values only";
         let message = "JB 179-60 needs a table of limits";
         f.report_key(Code::MissingKey, "standard", message, hint);
     }
     if edition.is_some() && table.is_some() {
-        let message = "`limits` belongs to JB 179-60; those of ISO 1328 are computed";
+        let message = "`limits` applies to JB 179-60 only; those of ISO 1328 are computed";
         f.report_key(
             Code::Conflict,
             "limits",
             message,
-            "leave it out, or write standard = \"JB 179-60\"",
+            "omit it, or write standard = \"JB 179-60\"",
         );
     }
     Some(AccuracyRequirement {
@@ -455,18 +455,18 @@ fn chart(f: &mut TableReader, flank: FlankData) -> Option<MeasuredChart> {
         ("double_flank", ChartTag::DoubleFlank),
         ("single_flank", ChartTag::SingleFlank),
     ];
-    let word = f.choice("kind", &words);
+    let tag = f.choice("kind", &words);
     f.require("kind");
     let file = f.optional_text("file").map(PathBuf::from);
     f.require("file");
-    let columns = ["column", "left", "right"].map(|key| names(f, key));
+    let columns = ["column", "left", "right"].map(|key| column_names(f, key));
     if columns.iter().all(Vec::is_empty) {
         f.report_missing("column", ", nor `left` or `right`");
     }
     let unit = f.optional_text("unit").map(str::to_string);
     let std = f.optional_quantity("uncertainty", QuantityKind::Length, ValueRange::NotNegative);
-    let kind = word.map(|word| kind(f, word, flank));
-    let place = f.span.clone();
+    let kind = tag.map(|tag| read_kind(f, tag, flank));
+    let span = f.span.clone();
     (f.errors.errors.len() == errors).then_some(())?;
     Some(MeasuredChart {
         kind: kind?,
@@ -474,12 +474,12 @@ fn chart(f: &mut TableReader, flank: FlankData) -> Option<MeasuredChart> {
         columns,
         unit,
         std,
-        span: place,
+        span,
     })
 }
 
-/// One column's name, or a list of them.
-fn names(f: &mut TableReader, key: &str) -> Vec<String> {
+/// Reads one column name or a list of them.
+fn column_names(f: &mut TableReader, key: &str) -> Vec<String> {
     match f.item(key, "a column's name, or a list of them") {
         None => Vec::new(),
         Some(item) => match &item.value {
@@ -489,8 +489,8 @@ fn names(f: &mut TableReader, key: &str) -> Vec<String> {
     }
 }
 
-fn kind(f: &mut TableReader, word: ChartTag, flank: FlankData) -> ChartKind {
-    match word {
+fn read_kind(f: &mut TableReader, tag: ChartTag, flank: FlankData) -> ChartKind {
+    match tag {
         ChartTag::Pitch => {
             let methods = [
                 ("comparator", PitchMethod::Comparator),
@@ -531,7 +531,7 @@ fn kind(f: &mut TableReader, word: ChartTag, flank: FlankData) -> ChartKind {
     }
 }
 
-/// A profile of a flank, or a helix.
+/// Reads the settings of a profile trace (`profile` given) or a helix trace.
 fn trace(f: &mut TableReader, profile: Option<FlankData>) -> TraceSettings {
     let flank = profile.unwrap_or_default();
     let (is_profile, internal) = (profile.is_some(), flank.internal);
@@ -544,8 +544,8 @@ fn trace(f: &mut TableReader, profile: Option<FlankData>) -> TraceSettings {
             .try_into()
             .ok()?;
         if pair[0] >= pair[1] {
-            let message = format!("`{key}` does not rise");
-            f.report_key(Code::OutOfRange, key, message, "it takes [from, to]");
+            let message = format!("`{key}` does not increase");
+            f.report_key(Code::OutOfRange, key, message, "give [from, to]");
         }
         Some(pair)
     };
@@ -557,22 +557,22 @@ fn trace(f: &mut TableReader, profile: Option<FlankData>) -> TraceSettings {
     };
     let (tip, crowning) = (amount("tip_relief"), amount("crowning"));
     let relief_from = f.optional_quantity("relief_from", QuantityKind::Length, ValueRange::Any);
-    let of_file = flank
+    let file_relief = flank
         .tip_relief
         .filter(|_| tip.is_none() && relief_from.is_none());
-    let tip = tip.or(of_file.map(|relief| relief.amount));
-    let relief_from = relief_from.or(of_file.map(|relief| relief.from));
+    let tip = tip.or(file_relief.map(|relief| relief.amount));
+    let relief_from = relief_from.or(file_relief.map(|relief| relief.from));
     let ends = active.or(evaluation);
     if let (Some(amount), Some([from, to])) = (crowning, ends) {
         design.push(Modification::Crowning { from, to, amount });
     }
     if let (Some(amount), Some(from), Some([low, high])) = (tip, relief_from, ends) {
-        // With the length of roll one comes to the tip last, of an internal gear first.
+        // The tip has the largest length of roll, of an internal gear the smallest.
         let to = if is_profile && internal { low } else { high };
         design.push(Modification::Relief { from, to, amount });
     }
-    let wanting = (crowning.is_some() || tip.is_some()) && ends.is_none();
-    if wanting {
+    let lacks_range = (crowning.is_some() || tip.is_some()) && ends.is_none();
+    if lacks_range {
         f.report_missing("active", ", between whose ends the design is stated");
     }
     if tip.is_some() && relief_from.is_none() {
@@ -586,12 +586,12 @@ fn trace(f: &mut TableReader, profile: Option<FlankData>) -> TraceSettings {
             Code::OutOfRange,
             "relief_from",
             message,
-            "it takes a place between the ends of `active`",
+            "give a place between the ends of `active`",
         );
     }
-    let of_range = f.has("filter")
+    let is_of_range = f.has("filter")
         && f.span_of("filter").text().trim_matches(['"', '\'']) == "ISO 1328-1:2013";
-    let filter = match of_range {
+    let filter = match is_of_range {
         true => {
             f.item("filter", "a length, or \"ISO 1328-1:2013\"");
             Some(TraceFilter::OfRange)

@@ -98,7 +98,7 @@ pub fn read(path: &Path) -> Result<MeasuredGrid, Errors> {
         }
     };
     if table.is_empty() {
-        let message = "the grid has no row";
+        let message = "the grid has no rows";
         return Err(at_head(&source, Code::MissingKey, message).into());
     }
     Ok(MeasuredGrid {
@@ -119,7 +119,7 @@ fn sides(source: &Arc<SourceFile>) -> Result<Option<Vec<usize>>, Error> {
             let message = format!("`flank` cannot be \"{}\"", truncate(cell));
             Error::new(Code::OutOfRange, message)
                 .with_span(&SourceSpan::new(source.clone(), start..start + text.len()))
-                .with_hint("it is concave or convex")
+                .with_hint("write concave or convex")
         })
     };
     lines(source)

@@ -115,10 +115,10 @@ impl MeshTable {
                 None => Ok(StiffnessMethod::Iso6336 { webs: [None; 2] }),
                 Some(_) => Err(Error::new(
                     Code::Conflict,
-                    "`body` belongs to the energy method; ISO 6336-1 has solid discs",
+                    "`body` applies to the energy method only; ISO 6336-1 assumes solid discs",
                 )
                 .with_span(span)
-                .with_hint("leave `body` out")),
+                .with_hint("omit `body`")),
             };
         }
         let body = |bore: Option<f64>| match (self.body, bore) {

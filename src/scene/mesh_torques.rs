@@ -32,16 +32,16 @@ fn parse_torques(text: &str, subject: &str) -> Result<Vec<f64>, Error> {
         Error::new(Code::OutOfRange, message).with_hint(hint)
     };
     let [from, to, count] = text.split(':').collect::<Vec<_>>()[..] else {
-        return Err(form("it has not three parts"));
+        return Err(form("it does not have three parts"));
     };
     let torque = |text: &str| quantity::parse_or_bare(text, QuantityKind::Torque, "N·m", subject);
     let (from, to) = (torque(from)?, torque(to)?);
     let count: u32 = (count.trim().parse()).map_err(|_| form("the count is not a whole number"))?;
     if !(2..=MAX_TORQUES).contains(&count) {
-        return Err(form(&format!("the count lies from 2 to {MAX_TORQUES}")));
+        return Err(form(&format!("the count must be from 2 to {MAX_TORQUES}")));
     }
     if !(0.0 < from && from < to) {
-        return Err(form("the first torque is above 0 and below the last"));
+        return Err(form("the first torque must be above 0 and below the last"));
     }
     let step = (to - from) / f64::from(count - 1);
     Ok((0..count).map(|k| from + step * f64::from(k)).collect())

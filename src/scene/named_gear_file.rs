@@ -1,4 +1,4 @@
-//! Gear files that meshes of a model name: what they determine of a pair, and where a key next to them contradicts it.
+//! Gear files named by meshes of a model: the values they determine, and keys of the model that contradict them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,11 +20,11 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{self, Value};
 
-/// Backlash below zero by less than this is rounding of a centre distance, m.
+/// Tolerance of a negative backlash, m, for the rounding of the centre distance.
 const BACKLASH_ROUNDING: f64 = 1e-6;
 
-/// Keys that a gear file determines, each with its table and key there.
-pub const DETERMINED_OF_PAIR: &[(&str, [&str; 2])] = &[
+/// Keys of a gear pair that a gear file determines, each with its table and key there.
+const CYLINDRICAL_FILE_KEYS: &[(&str, [&str; 2])] = &[
     ("teeth", ["pinion", "teeth"]),
     ("internal", ["gear", "internal"]),
     ("module", ["pair", "module"]),
@@ -40,7 +40,7 @@ pub const DETERMINED_OF_PAIR: &[(&str, [&str; 2])] = &[
 ];
 
 /// Keys that the gear file of a bevel pair determines.
-pub const DETERMINED_OF_BEVEL: &[(&str, [&str; 2])] = &[
+const BEVEL_FILE_KEYS: &[(&str, [&str; 2])] = &[
     ("teeth", ["pinion", "teeth"]),
     ("internal", ["pair", "kind"]),
     ("module", ["pinion", "blank"]),
@@ -55,7 +55,7 @@ pub const DETERMINED_OF_BEVEL: &[(&str, [&str; 2])] = &[
 ];
 
 /// Keys that the gear file of a worm pair determines.
-const DETERMINED_OF_WORM: &[(&str, [&str; 2])] = &[
+const WORM_FILE_KEYS: &[(&str, [&str; 2])] = &[
     ("teeth", ["worm", "starts"]),
     ("module", ["worm", "module"]),
     ("lead_angle", ["worm", "diameter_quotient"]),
@@ -64,7 +64,7 @@ const DETERMINED_OF_WORM: &[(&str, [&str; 2])] = &[
 ];
 
 /// Keys of a planetary stage that the gear file of a mesh determines.
-pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
+pub const STAGE_FILE_KEYS: &[(&str, [&str; 2])] = &[
     ("teeth", ["pinion", "teeth"]),
     ("module", ["pair", "module"]),
     ("pressure_angle", ["pair", "pressure_angle"]),
@@ -74,93 +74,92 @@ pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
     ("backlash_ring", ["pair", "centre_distance"]),
 ];
 
-/// Keys of a stiffness, which a gear file determines where a torque is known.
+/// Keys of the stiffness, which a gear file determines if a torque is known.
 const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 
-/// The gear file of a pair under `gear`; keys of the table that it determines are errors.
+/// Reads the gear file of a pair under `gear`; reports keys of the table that it determines.
 pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
-    let named = NamedFile::read(f, "gear")?;
-    let kind = *named.collect(f, pair_kind(&named.source).map_err(|e| vec![e]))?;
+    let file = NamedFile::read(f, "gear")?;
+    let kind = *file.collect(f, pair_kind(&file.source).map_err(|e| vec![e]))?;
     if kind == PairKind::Worm {
         let message = "a [[gear_pair]] takes the gear file of a cylindrical or a bevel pair";
         f.report_key(Code::Conflict, "gear", message, "make it a [[worm_pair]]");
         return None;
     }
     if kind != PairKind::Bevel {
-        let mesh = cylindrical(f, "", named, DETERMINED_OF_PAIR)?;
+        let mesh = read_cylindrical(f, "", file, CYLINDRICAL_FILE_KEYS)?;
         return Some(PairMesh::Cylindrical(mesh));
     }
-    named.refuse_determined(f, DETERMINED_OF_BEVEL);
-    let stated = stated_stiffness(f, "");
-    let made = bevel_file::read(&named.source, &Flags::default())
+    file.refuse_determined(f, BEVEL_FILE_KEYS);
+    let stiffness_key = stated_stiffness(f, "");
+    let mesh = bevel_file::read(&file.source, &Flags::default())
         .map_err(|errors| errors.as_slice().to_vec())
         .and_then(|bevel| {
-            let file = named.mesh_file(&bevel.span, &bevel.mesh.torques, stated);
-            BevelMesh::new(file, bevel).map_err(|e| vec![e])
+            let mesh_file = file.mesh_file(&bevel.span, &bevel.mesh.torques, stiffness_key);
+            BevelMesh::new(mesh_file, bevel).map_err(|e| vec![e])
         });
-    Some(PairMesh::Bevel(named.collect(f, made)?))
+    Some(PairMesh::Bevel(file.collect(f, mesh)?))
 }
 
-/// The gear file of a cylindrical worm with its wheel under `gear`; keys of the table that it determines are errors. The wheel is conjugate
-/// to the worm: there is no transmission error.
+/// Reads the gear file of a cylindrical worm with its wheel under `gear`; reports keys of the table that it determines. The wheel is
+/// conjugate to the worm, so there is no transmission error.
 pub fn read_worm(f: &mut TableReader) -> Option<Arc<WormFile>> {
-    let named = NamedFile::read(f, "gear")?;
-    let kind = *named.collect(f, pair_kind(&named.source).map_err(|e| vec![e]))?;
-    let is_cylindrical = kind == PairKind::Worm && !plane_worm_file::is_plane_worm(&named.source);
+    let file = NamedFile::read(f, "gear")?;
+    let kind = *file.collect(f, pair_kind(&file.source).map_err(|e| vec![e]))?;
+    let is_cylindrical = kind == PairKind::Worm && !plane_worm_file::is_plane_worm(&file.source);
     if !is_cylindrical {
         let message = "a [[worm_pair]] takes the gear file of a cylindrical worm with its wheel";
         let hint = "name a file with pair = { kind = \"worm\" } and another type than \"plane-enveloping\"";
         f.report_key(Code::Conflict, "gear", message, hint);
         return None;
     }
-    named.refuse_determined(f, DETERMINED_OF_WORM);
-    let read = worm_file::read(&named.source, &Flags::default());
-    named.collect(f, read.map_err(|errors| errors.as_slice().to_vec()))
+    file.refuse_determined(f, WORM_FILE_KEYS);
+    let worm = worm_file::read(&file.source, &Flags::default());
+    file.collect(f, worm.map_err(|errors| errors.as_slice().to_vec()))
 }
 
-/// The generator under `cut_on`, which cuts a member of a bevel pair.
+/// Reads the generator under `cut_on`, on which a member of a bevel pair is cut.
 pub fn read_generator(f: &mut TableReader, gear: Option<&PairMesh>) -> Option<CutOn> {
-    let named = NamedFile::read(f, "cut_on")?;
+    let file = NamedFile::read(f, "cut_on")?;
     if !matches!(gear, Some(PairMesh::Bevel(_))) {
-        let message = "`cut_on` is of bevel gears that follow a gear file";
-        let hint =
-            "give `gear`, the file that [work] of the generator names, or leave `cut_on` out";
+        let message = "`cut_on` applies to bevel gears with a gear file only";
+        let hint = "give `gear`, the file named in [work] of the generator, or omit `cut_on`";
         f.report_key(Code::Conflict, "cut_on", message, hint);
     }
     Some(CutOn {
-        source: named.source,
-        span: named.span,
+        source: file.source,
+        span: file.span,
     })
 }
 
-/// The gear file of cylindrical gears under `gear` with a suffix, such as `gear_sun`; keys of the table that it determines are errors.
+/// Reads the gear file of cylindrical gears under `gear` with a suffix, such as `gear_sun`; reports keys that it determines.
 pub fn read(
     f: &mut TableReader,
     suffix: &str,
     determined: &[(&str, [&str; 2])],
 ) -> Option<Arc<GearMesh>> {
-    let named = NamedFile::read(f, &format!("gear{suffix}"))?;
-    cylindrical(f, suffix, named, determined)
+    let file = NamedFile::read(f, &format!("gear{suffix}"))?;
+    read_cylindrical(f, suffix, file, determined)
 }
 
-fn cylindrical(
+fn read_cylindrical(
     f: &mut TableReader,
     suffix: &str,
-    named: NamedFile,
+    file: NamedFile,
     determined: &[(&str, [&str; 2])],
 ) -> Option<Arc<GearMesh>> {
-    named.refuse_determined(f, determined);
-    let stated = stated_stiffness(f, suffix);
-    let made = gear_file::read(&named.source, &Flags::default())
+    file.refuse_determined(f, determined);
+    let stiffness_key = stated_stiffness(f, suffix);
+    let mesh = gear_file::read(&file.source, &Flags::default())
         .map_err(|errors| errors.as_slice().to_vec())
-        .and_then(|file| {
-            let of = named.mesh_file(&file.span, &file.mesh.torques, stated);
-            mesh_of(of, &file).map_err(|e| vec![e])
+        .and_then(|gears| {
+            let mesh_file = file.mesh_file(&gears.span, &gears.mesh.torques, stiffness_key);
+            build_mesh(mesh_file, &gears).map_err(|e| vec![e])
         });
-    named.collect(f, made)
+    file.collect(f, mesh)
 }
 
-/// The key that states a stiffness next to a gear file, and its place.
+/// Key that states a stiffness in addition to a gear file, and its position.
 fn stated_stiffness(f: &TableReader, suffix: &str) -> Option<(String, SourceSpan)> {
     let keys = STIFFNESS_KEYS.map(|base| format!("{base}{suffix}"));
     let key = keys.into_iter().find(|key| f.has(key))?;
@@ -168,22 +167,22 @@ fn stated_stiffness(f: &TableReader, suffix: &str) -> Option<(String, SourceSpan
     Some((key, span))
 }
 
-/// A file that a key of a model names.
+/// Gear file named by a key of a model.
 pub(super) struct NamedFile {
     key: String,
-    /// The file.
+    /// Source file.
     pub(super) source: Arc<SourceFile>,
     span: SourceSpan,
 }
 
 impl NamedFile {
-    /// The file under a key.
+    /// Loads the file named under a key.
     pub(super) fn read(f: &mut TableReader, key: &str) -> Option<NamedFile> {
-        let named = f.optional_text(key)?;
+        let name = f.optional_text(key)?;
         let span = f.span_of(key).clone();
-        // The path starts at the model, wherever [set] writes it.
+        // The path is relative to the model, even if [set] of a scene states it.
         let folder = Path::new(&f.span.source().path).parent();
-        let path = folder.unwrap_or(Path::new("")).join(named);
+        let path = folder.unwrap_or(Path::new("")).join(name);
         match load::load(&path) {
             Ok(source) => Some(NamedFile {
                 key: key.to_string(),
@@ -192,7 +191,7 @@ impl NamedFile {
             }),
             Err(error) => {
                 f.push(
-                    error.with_hint("the path starts from the folder of the model"),
+                    error.with_hint("the path is relative to the folder of the model"),
                     &span,
                 );
                 None
@@ -200,7 +199,7 @@ impl NamedFile {
         }
     }
 
-    /// The file as a mesh names it, with the place of `pair` in it and its torques.
+    /// Source of a mesh, with the position of `pair` in the file and its torque, N·m, if it states exactly one.
     fn mesh_file(
         &self,
         place: &SourceSpan,
@@ -219,25 +218,25 @@ impl NamedFile {
         }
     }
 
-    /// Notes keys of the table that the file determines.
+    /// Reports keys of the table that the file determines.
     fn refuse_determined(&self, f: &mut TableReader, determined: &[(&str, [&str; 2])]) {
-        for (own, place) in determined {
-            if f.has(own) {
-                let place = place_of(&self.source, *place);
+        for (key, place) in determined {
+            if f.has(key) {
+                let place = locate_key(&self.source, *place);
                 let message = format!(
-                    "`{own}` is determined by the gear file {}, line {}",
+                    "`{key}` is determined by the gear file {}, line {}",
                     self.source.path,
                     place.line()
                 );
-                let hint = format!("leave `{own}` out, or leave `{}` out", self.key);
-                f.report_key(Code::Conflict, own, message, &hint);
+                let hint = format!("omit `{key}` or `{}`", self.key);
+                f.report_key(Code::Conflict, key, message, &hint);
             }
         }
     }
 
-    /// Notes the errors of the file with the place of its name; the mesh where there are none.
-    fn collect<T>(&self, f: &mut TableReader, made: Result<T, Vec<Error>>) -> Option<Arc<T>> {
-        let located = |error: Error| {
+    /// Reports the errors of the file at its name in the model; returns the value if there are none.
+    fn collect<T>(&self, f: &mut TableReader, result: Result<T, Vec<Error>>) -> Option<Arc<T>> {
+        let locate = |error: Error| {
             let (file, line) = (&self.span.source().path, self.span.line());
             let label = format!("gear file of {}, {file}, line {line}", f.title);
             match error.span {
@@ -247,10 +246,10 @@ impl NamedFile {
                     .with_label(label),
             }
         };
-        match made {
+        match result {
             Ok(mesh) => Some(Arc::new(mesh)),
             Err(errors) => {
-                let errors: Vec<Error> = errors.into_iter().map(located).collect();
+                let errors: Vec<Error> = errors.into_iter().map(locate).collect();
                 errors.into_iter().for_each(|error| f.errors.push(error));
                 None
             }
@@ -258,23 +257,23 @@ impl NamedFile {
     }
 }
 
-/// Place of a key of a gear file; that of `pair` where the file leaves it to its default.
-fn place_of(source: &Arc<SourceFile>, [table, key]: [&str; 2]) -> SourceSpan {
+/// Position of a key in a gear file; that of `pair` where the file omits the key.
+fn locate_key(source: &Arc<SourceFile>, [table, key]: [&str; 2]) -> SourceSpan {
     let root = toml::parse(source).root;
-    let inner = |table: &str, key: &str| match &root.get(table)?.item.value {
-        Value::Table(inner) => inner.get(key).map(|entry| entry.key_place.clone()),
+    let find = |table: &str, key: &str| match &root.get(table)?.item.value {
+        Value::Table(table) => table.get(key).map(|entry| entry.key_place.clone()),
         _ => None,
     };
-    inner(table, key)
+    find(table, key)
         .or(root.get("pair").map(|entry| entry.key_place.clone()))
         .unwrap_or(SourceSpan::new(source.clone(), 0..0))
 }
 
-/// The mesh of a gear file.
+/// Builds the mesh of a gear file at its mean centre distance and mean tooth thickness.
 ///
 /// # Errors
 /// Gears that cannot mesh, teeth that overlap.
-fn mesh_of(of: MeshFile, file: &GearFile) -> Result<GearMesh, Error> {
+fn build_mesh(source: MeshFile, file: &GearFile) -> Result<GearMesh, Error> {
     let pair = file.pair()?;
     let [low, high] = file.centre_deviation;
     let deviations = pair.members.map(|m| m.mean_thickness_deviation());
@@ -283,13 +282,13 @@ fn mesh_of(of: MeshFile, file: &GearFile) -> Result<GearMesh, Error> {
     let Some(backlash) = backlash.filter(|play| *play > -BACKLASH_ROUNDING) else {
         let message = match backlash {
             Some(play) => format!("the teeth overlap by {:.1} µm", -1e6 * play),
-            None => "the base circles do not reach each other".into(),
+            None => "the base circles do not touch".into(),
         };
         let side = match pair.members[1].gear.internal {
             false => "larger",
             true => "smaller",
         };
-        let error = Error::new(Code::OutOfRange, message).about("centre_distance");
+        let error = Error::new(Code::OutOfRange, message).with_key("centre_distance");
         return Err(file.locate(error.with_hint(format!(
             "give a {side} centre_distance, or thickness = [\"lower\", \"upper\"] below zero"
         ))));
@@ -303,6 +302,6 @@ fn mesh_of(of: MeshFile, file: &GearFile) -> Result<GearMesh, Error> {
         options: file.mesh_options(&pair),
         pair,
         hand: file.hand,
-        file: of,
+        file: source,
     })
 }

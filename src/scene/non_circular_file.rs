@@ -238,10 +238,10 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
         ProfileTable::Curve(table) => PinionProfile::Curve(read_curve(table)?),
         ProfileTable::Cycloid { radius, angles } => {
             let RatioTable::Constant(i12) = ratio else {
-                let message = "a cycloid belongs to a circular gear, and the ratio varies";
+                let message = "a cycloid needs a circular gear, but the ratio varies";
                 return Err(Error::new(Code::Conflict, message)
                     .with_span(&profile_span)
-                    .with_hint("take kind = \"rolling\", whose circle rolls on any centrode")
+                    .with_hint("use kind = \"rolling\", whose circle rolls on any centrode")
                     .into());
             };
             let sense = if second.internal { -1.0 } else { 1.0 };
@@ -258,8 +258,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
         Some(GearProfileTable::Given(table)) => match profile {
             PinionProfile::Curve(_) => GearProfile::Given(read_curve(table)?),
             _ => {
-                let message =
-                    "a given flank of the gear is checked against a given flank of the pinion";
+                let message = "a given flank of the gear needs a given flank of the pinion";
                 return Err(Error::new(Code::Conflict, message)
                     .with_span(&profile_span)
                     .with_hint("give the pinion's flank as points, circular-arc or cycloid")
@@ -295,7 +294,7 @@ fn read_numbers(
     if !path.is_file() {
         let message = format!("there is no file {}", path.display());
         let error = Error::new(Code::FileMissing, message).with_span(span);
-        let hint = "`file` starts at the folder of the gear file";
+        let hint = "`file` is relative to the folder of the gear file";
         return Err(error.with_hint(hint).into());
     }
     CsvTable::read(path, names)
@@ -571,8 +570,8 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
         ProfileKind::Arc => ProfileTable::Curve(arc(f)?),
         ProfileKind::Points => ProfileTable::Curve(points(f)?),
         ProfileKind::Shaper | ProfileKind::Conjugate => {
-            let message = "a shaper is not taken: outlines are cut by a rack only";
-            let hint = "take kind = \"rack\", or give the flank as points";
+            let message = "a shaper is not supported: outlines are cut by a rack only";
+            let hint = "use kind = \"rack\", or give the flank as points";
             f.report_key(Code::OutOfRange, "kind", message, hint);
             return None;
         }
@@ -630,7 +629,7 @@ fn cutter(
                 (toml::parse(source).root.place("rack.protuberance"))
                     .unwrap_or(&SourceSpan::whole_file(&source.path)),
             )
-            .with_hint("leave `protuberance` out of `rack`"));
+            .with_hint("omit `protuberance` of `rack`"));
     }
     Ok(RackCutter {
         pressure_angle,

@@ -1,4 +1,4 @@
-//! `[set]` of a scene: `"element.key" = value` pairs put into the model's tables before these are read.
+//! `[set]` of a scene: pairs `"element.key" = value` that override keys in the tables of the model before these are read.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -9,10 +9,10 @@ use crate::base::quantity::truncate;
 use crate::base::source_span::SourceSpan;
 use crate::base::toml::{Entry, Item, Table, Value};
 
-/// Tables without a name, which `[set]` reaches by their header.
+/// Tables without a name, addressed by their header in `[set]`.
 const SINGLE: [&str; 2] = ["speed", "damping"];
 
-/// Puts every pair of `set` into `model`.
+/// Applies every pair of `set` to `model`.
 pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
     let Value::Table(pairs) = &set.item.value else {
         errors.push(
@@ -25,7 +25,7 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
         );
         return;
     };
-    let given: Vec<String> = pairs.entries.iter().flat_map(names_of).collect();
+    let set_keys: Vec<String> = pairs.entries.iter().flat_map(full_keys).collect();
     for pair in &pairs.entries {
         if errors.is_full() {
             return;
@@ -36,7 +36,7 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
                 for entry in &inner.entries {
                     replace(
                         model,
-                        (&pair.key, &given),
+                        (&pair.key, &set_keys),
                         &pair.key_place,
                         entry.clone(),
                         errors,
@@ -48,7 +48,7 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
                     key: key.to_string(),
                     ..pair.clone()
                 };
-                replace(model, (element, &given), &pair.key_place, entry, errors);
+                replace(model, (element, &set_keys), &pair.key_place, entry, errors);
             }
             (_, None) => errors.push(
                 Error::new(
@@ -63,28 +63,28 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
     }
 }
 
-/// `element.key` of what an entry of `[set]` sets.
-fn names_of(pair: &Entry) -> Vec<String> {
+/// Full keys `element.key` set by an entry of `[set]`.
+fn full_keys(pair: &Entry) -> Vec<String> {
     match &pair.item.value {
         Value::Table(inner) if !pair.key.contains('.') => {
-            let whole = |entry: &Entry| format!("{}.{}", pair.key, entry.key);
-            inner.entries.iter().map(whole).collect()
+            let full_key = |entry: &Entry| format!("{}.{}", pair.key, entry.key);
+            inner.entries.iter().map(full_key).collect()
         }
         _ => vec![pair.key.clone()],
     }
 }
 
-/// Keys of which a stiffness takes one: another in its place changes the kind of loss.
+/// Keys for the loss of a stiffness, which accepts one of them; setting another one replaces it.
 const LOSSES: [&str; 3] = ["c", "damping_ratio", "loss_factor"];
 
-/// A bearing has one `damping_ratio` or `loss_factor` for all its springs, or dampers `c_…` by axis.
-fn are_losses_of_a_bearing(key: &str, other: &str) -> bool {
+/// Whether two keys are alternative losses of a bearing: `damping_ratio` or `loss_factor` for all springs, or dampers `c_…` by axis.
+fn are_bearing_losses(key: &str, other: &str) -> bool {
     let is_common = |key: &str| ["damping_ratio", "loss_factor"].contains(&key);
     let is_damper = |key: &str| key.starts_with("c_");
     is_common(key) && is_damper(other) || is_damper(key) && is_common(other)
 }
 
-/// Keys that go by a loss set in place of another, all with the same suffix.
+/// Loss keys replaced by setting `key`, all with the same suffix.
 fn other_losses(key: &str) -> Vec<String> {
     let suffix = |base: &str| {
         let rest = key.strip_prefix(base)?;
@@ -94,8 +94,8 @@ fn other_losses(key: &str) -> Vec<String> {
         .into_iter()
         .find_map(|base| Some((base, suffix(base)?)))
     {
-        Some((own, suffix)) => {
-            let others = LOSSES.into_iter().filter(|base| *base != own);
+        Some((loss, suffix)) => {
+            let others = LOSSES.into_iter().filter(|base| *base != loss);
             others.map(|base| format!("{base}{suffix}")).collect()
         }
         None => Vec::new(),
@@ -104,7 +104,7 @@ fn other_losses(key: &str) -> Vec<String> {
 
 fn replace(
     model: &mut Table,
-    (element, given): (&str, &[String]),
+    (element, set_keys): (&str, &[String]),
     at: &SourceSpan,
     entry: Entry,
     errors: &mut ErrorCollector,
@@ -119,9 +119,9 @@ fn replace(
             },
         });
     }
-    let Some(table) = find(model, element) else {
-        let known = names(model);
-        let hint = match suggestion(element, known.iter().map(String::as_str)) {
+    let Some(table) = find_element(model, element) else {
+        let candidates = element_names(model);
+        let hint = match suggestion(element, candidates.iter().map(String::as_str)) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "the part before the dot is the name of an element of the model".to_string(),
         };
@@ -142,13 +142,13 @@ fn replace(
         errors.push(error.with_span(at).with_label("in [set]"));
         return;
     }
-    // Both set by the scene are left for the reader of the element to refuse.
+    // Two losses set by the scene itself are both kept; the reader of the element rejects them.
     let others = other_losses(&entry.key);
-    let goes = |key: &String| {
-        let is_other = others.contains(key) || are_losses_of_a_bearing(&entry.key, key);
-        is_other && !given.iter().any(|one| *one == format!("{element}.{key}"))
+    let is_replaced = |key: &String| {
+        let is_other = others.contains(key) || are_bearing_losses(&entry.key, key);
+        is_other && !set_keys.iter().any(|k| *k == format!("{element}.{key}"))
     };
-    table.entries.retain(|old| !goes(&old.key));
+    table.entries.retain(|old| !is_replaced(&old.key));
     match table.entries.iter_mut().find(|old| old.key == entry.key) {
         Some(old) => *old = entry,
         None => table.entries.push(entry),
@@ -159,8 +159,8 @@ fn has_name(table: &Table, name: &str) -> bool {
     matches!(table.get("name").map(|e| &e.item.value), Some(Value::String(text)) if text == name)
 }
 
-/// The table of an element.
-fn find<'m>(model: &'m mut Table, element: &str) -> Option<&'m mut Table> {
+/// Table of an element.
+fn find_element<'m>(model: &'m mut Table, element: &str) -> Option<&'m mut Table> {
     model
         .entries
         .iter_mut()
@@ -174,8 +174,8 @@ fn find<'m>(model: &'m mut Table, element: &str) -> Option<&'m mut Table> {
         })
 }
 
-/// The names of all elements.
-fn names(model: &Table) -> Vec<String> {
+/// Names of all elements.
+fn element_names(model: &Table) -> Vec<String> {
     let lists = model
         .entries
         .iter()
@@ -183,12 +183,12 @@ fn names(model: &Table) -> Vec<String> {
             Value::List(list) => Some(list),
             _ => None,
         });
-    let names = lists.flatten().filter_map(|item| match &item.value {
+    let element_names = lists.flatten().filter_map(|item| match &item.value {
         Value::Table(table) => match &table.get("name")?.item.value {
             Value::String(text) => Some(text.clone()),
             _ => None,
         },
         _ => None,
     });
-    names.chain(SINGLE.map(str::to_string)).collect()
+    element_names.chain(SINGLE.map(str::to_string)).collect()
 }

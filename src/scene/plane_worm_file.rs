@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::worm_file::{MAX_STARTS, MAX_WHEEL_TEETH, right_angle};
+use super::worm_file::{MAX_STARTS, MAX_WHEEL_TEETH, check_shaft_angle};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::ValueRange;
@@ -106,7 +106,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<PlaneWormFile, Er
     let problem = if !(worm_tip + wheel_tip > centre_distance) {
         Some((
             format!(
-                "a worm of {:.3} mm and a wheel of {:.3} mm tip diameter do not reach each other at {:.3} mm",
+                "a worm of {:.3} mm and a wheel of {:.3} mm tip diameter do not touch at {:.3} mm",
                 2e3 * worm_tip,
                 2e3 * wheel_tip,
                 1e3 * centre_distance
@@ -136,7 +136,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<PlaneWormFile, Er
 
 fn pair(f: &mut TableReader) -> f64 {
     f.choice("kind", &[("worm", ())]);
-    right_angle(f);
+    check_shaft_angle(f);
     f.quantity(
         "centre_distance",
         QuantityKind::Length,

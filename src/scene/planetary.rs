@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::gear_mesh::GearMesh;
 use super::model::{BranchEnd, ContactParameters, Planetary, PlanetaryGeometry};
-use super::named_gear_file::{self, DETERMINED_OF_STAGE};
+use super::named_gear_file::{self, STAGE_FILE_KEYS};
 use super::shared_keys::{self, DEFAULT_PRESSURE_ANGLE, MAX_COUNT, PRESSURE_ANGLE_RANGE};
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
@@ -73,14 +73,14 @@ pub fn planetary(f: &mut TableReader) -> Planetary {
 
 /// Gear files of the sun's and of the ring's mesh: both or neither, with one planet and one centre distance.
 fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
-    let sun = named_gear_file::read(f, "_sun", DETERMINED_OF_STAGE);
-    let ring = named_gear_file::read(f, "_ring", DETERMINED_OF_STAGE);
+    let sun = named_gear_file::read(f, "_sun", STAGE_FILE_KEYS);
+    let ring = named_gear_file::read(f, "_ring", STAGE_FILE_KEYS);
     f.requires("gear_sun", "gear_ring");
     f.requires("gear_ring", "gear_sun");
     let (sun, ring) = (sun?, ring?);
     if sun.is_internal() {
         let message = format!("{} has an internal gear", sun.file.source.path);
-        let hint = "`gear_sun` takes sun and planet, `gear_ring` planet and ring";
+        let hint = "use sun and planet for `gear_sun`, planet and ring for `gear_ring`";
         f.report_key(Code::Conflict, "gear_sun", message, hint);
         return None;
     }
@@ -165,7 +165,7 @@ fn positions(f: &mut TableReader) -> Vec<f64> {
             Code::OutOfRange,
             "positions",
             message,
-            "one angle for each planet",
+            "give one angle per planet",
         );
     }
     positions.unwrap_or_else(|| shared_keys::equally_spaced(count.unwrap_or(0)))
@@ -196,13 +196,13 @@ fn size(f: &mut TableReader) -> PlanetaryGeometry {
             .iter()
             .any(|key| f.has(key))
     {
-        f.report_missing("module", ", from which the lever of the stiffness follows");
+        f.report_missing("module", ", which gives the lever arm of the stiffness");
     }
     if let Some([sun, planet, ring]) = teeth
         && (ring <= planet || ring <= sun)
     {
         let message =
-            format!("a ring of {ring} teeth cannot hold a sun of {sun} and planets of {planet}");
+            format!("a ring of {ring} teeth cannot contain a sun of {sun} and planets of {planet}");
         f.report_key(
             Code::OutOfRange,
             "teeth",

@@ -34,8 +34,8 @@ pub fn shaft(f: &mut TableReader) -> Shaft {
     let bar = bar(f);
     let geometry = GEOMETRY.into_iter().find(|key| f.has(key));
     if let (true, Some(key)) = (f.has("k"), geometry) {
-        let message = format!("`k` is given, and follows from `{key}` as well");
-        let hint = "give k alone, or length, diameter and material";
+        let message = format!("`k` is given, but is also determined by `{key}`");
+        let hint = "give k only, or length, diameter and material";
         f.report_key(Code::Conflict, "k", message, hint);
     }
     let rigid = !f.has("k") && geometry.is_none();
@@ -118,7 +118,7 @@ pub fn coupling(f: &mut TableReader) -> Coupling {
         } else {
             "loss_factor"
         };
-        let message = format!("`{key}` has no meaning with a negative stiffness");
+        let message = format!("`{key}` is undefined for a negative stiffness");
         f.report_key(Code::Conflict, key, message, "give `c` instead");
     }
     Coupling {

@@ -13,35 +13,35 @@ use crate::base::table_reader::TableReader;
 use crate::base::tables::read_table;
 use crate::base::toml::{Item, Value};
 
-/// A pressure angle.
+/// Range of a pressure angle.
 pub const PRESSURE_ANGLE_RANGE: ValueRange =
     ValueRange::Open(0.0, PI / 4.0, "above 0° and below 45°");
 
-/// A helix or spiral angle.
+/// Range of a helix or spiral angle.
 pub const HELIX_ANGLE_RANGE: ValueRange =
     ValueRange::HalfOpen(0.0, FRAC_PI_2, "at least 0° and below 90°");
 
-/// Pressure angle where none is given, rad.
+/// Default pressure angle, rad.
 pub const DEFAULT_PRESSURE_ANGLE: f64 = PI / 9.0;
 
-/// The largest number of teeth of a gear whose flanks are described.
+/// Maximum number of teeth of a gear whose flanks are described.
 pub const MAX_TEETH: u32 = 100_000;
 
-/// The largest number of teeth, discs, segments or planets.
+/// Maximum number of teeth, discs, segments or planets.
 pub const MAX_COUNT: u32 = 1_000_000;
 
-/// The element's name; empty where it is missing or wrong, which is then noted.
+/// Reads the element's name; empty if it is missing or invalid, which is reported.
 pub fn name(f: &mut TableReader) -> Name {
     let text = f.optional_text("name");
     f.require("name");
-    let place = f.span_of("name").clone();
+    let span = f.span_of("name").clone();
     let text = text.unwrap_or_default();
-    let why = if !f.has("name") {
+    let reason = if !f.has("name") {
         ""
     } else if text.trim().is_empty() {
         "a name cannot be empty"
     } else if text == "ground" {
-        "`ground` is the fixed frame, and no element can be called so"
+        "`ground` is the fixed frame and is reserved"
     } else if text.len() > 80 {
         "a name of more than 80 bytes is too long for a table"
     } else if text.contains(|c: char| matches!(c, '.' | ',' | ':' | '"') || c.is_control())
@@ -50,9 +50,9 @@ pub fn name(f: &mut TableReader) -> Name {
         "a name cannot contain . , : \" or a line end, nor begin or end with a space"
     } else {
         let text = text.to_string();
-        return Name { text, span: place };
+        return Name { text, span };
     };
-    if !why.is_empty()
+    if !reason.is_empty()
         && matches!(
             f.item("name", "text in quotes"),
             Some(Item {
@@ -63,18 +63,18 @@ pub fn name(f: &mut TableReader) -> Name {
     {
         f.report(
             Code::OutOfRange,
-            why,
-            &place,
-            "nodes and degrees of freedom are written node.axis",
+            reason,
+            &span,
+            "write a degree of freedom as node.axis",
         );
     }
     Name {
         text: String::new(),
-        span: place,
+        span,
     }
 }
 
-/// The end a text names.
+/// Branch end that a text names.
 fn end_from_text(text: &str, item: &Item) -> BranchEnd {
     match text {
         "ground" => BranchEnd::Ground,
@@ -93,7 +93,7 @@ fn no_end(f: &TableReader) -> BranchEnd {
     })
 }
 
-/// One end under a key of its own.
+/// Reads one branch end under `key`.
 pub fn read_end(f: &mut TableReader, key: &str) -> BranchEnd {
     const TAKES: &str = "the name of a node, or \"ground\"";
     match f.item(key, TAKES) {
@@ -108,13 +108,13 @@ pub fn read_end(f: &mut TableReader, key: &str) -> BranchEnd {
     }
 }
 
-/// A node under a key of its own.
+/// Reads a node under `key`.
 pub fn read_node(f: &mut TableReader, key: &str) -> Name {
     let end = read_end(f, key);
     node(f, end, key)
 }
 
-/// The node of an end that cannot be ground.
+/// Node of a branch end; ground is reported as an error.
 fn node(f: &mut TableReader, end: BranchEnd, key: &str) -> Name {
     match end {
         BranchEnd::Node(name) => name,
@@ -122,8 +122,8 @@ fn node(f: &mut TableReader, end: BranchEnd, key: &str) -> Name {
             f.report_key(
                 Code::Conflict,
                 key,
-                "`ground` cannot turn, and a node that can is needed here",
-                "name two bodies; a [[coupling]] without k holds a body to ground",
+                "`ground` cannot turn; a turning node is needed here",
+                "name two bodies; fix a body to ground by a [[coupling]] without k",
             );
             Name {
                 text: String::new(),
@@ -133,36 +133,36 @@ fn node(f: &mut TableReader, end: BranchEnd, key: &str) -> Name {
     }
 }
 
-/// Both ends under `between`.
+/// Reads both branch ends under `between`.
 pub fn read_ends(f: &mut TableReader) -> [BranchEnd; 2] {
     const TAKES: &str = "two nodes, such as [\"motor\", \"pinion\"]";
-    let nothing = [no_end(f), no_end(f)];
+    let placeholder = [no_end(f), no_end(f)];
     let Some(item) = f.item("between", TAKES) else {
         f.report_missing("between", "");
-        return nothing;
+        return placeholder;
     };
     let Value::List(list) = &item.value else {
-        return f.wrong_type("between", item, TAKES).unwrap_or(nothing);
+        return f.wrong_type("between", item, TAKES).unwrap_or(placeholder);
     };
-    let named: Vec<(&str, &Item)> = list
+    let names: Vec<(&str, &Item)> = list
         .iter()
         .filter_map(|item| match &item.value {
             Value::String(text) => Some((text.as_str(), item)),
             _ => None,
         })
         .collect();
-    let (&[(one, first), (two, second)], 2) = (&named[..], list.len()) else {
-        let message = format!("`between` has {} names", named.len());
+    let (&[(name_1, item_1), (name_2, item_2)], 2) = (&names[..], list.len()) else {
+        let message = format!("`between` has {} names", names.len());
         f.report(
             Code::WrongType,
             message,
             &item.span,
             &format!("it takes {TAKES}"),
         );
-        return nothing;
+        return placeholder;
     };
-    if one == two {
-        let message = format!("both ends are `{one}`, so nothing can deform between them");
+    if name_1 == name_2 {
+        let message = format!("both ends are `{name_1}`");
         f.report(
             Code::Conflict,
             message,
@@ -170,10 +170,10 @@ pub fn read_ends(f: &mut TableReader) -> [BranchEnd; 2] {
             &format!("it takes {TAKES}"),
         );
     }
-    [end_from_text(one, first), end_from_text(two, second)]
+    [end_from_text(name_1, item_1), end_from_text(name_2, item_2)]
 }
 
-/// Both ends under `between`, or `at` for one node against ground.
+/// Reads both branch ends under `between`, or one node under `at` that is joined to ground.
 pub fn read_ends_or_node(f: &mut TableReader) -> [BranchEnd; 2] {
     f.exclusive("at", "between");
     if f.has("between") {
@@ -185,13 +185,13 @@ pub fn read_ends_or_node(f: &mut TableReader) -> [BranchEnd; 2] {
     }
 }
 
-/// Two bodies under `between`.
+/// Reads two bodies under `between`.
 pub fn read_body_pair(f: &mut TableReader) -> [Name; 2] {
-    let [one, two] = read_ends(f);
-    [node(f, one, "between"), node(f, two, "between")]
+    let [first, second] = read_ends(f);
+    [node(f, first, "between"), node(f, second, "between")]
 }
 
-/// At most one loss; `suffix` tells several contacts of one element apart, `read_stiffness_variation` is the key it goes with.
+/// Reads at most one damping value; `suffix` distinguishes the contacts of an element, `stiffness` is the key of their stiffness.
 pub fn read_damping(
     f: &mut TableReader,
     suffix: &str,
@@ -203,16 +203,16 @@ pub fn read_damping(
     let viscous = f.optional_quantity(&keys[0], damping, ValueRange::NotNegative);
     let ratio = f.optional_number(&keys[1], ValueRange::NotNegative);
     let factor = f.optional_number(&keys[2], ValueRange::NotNegative);
-    let given: Vec<&str> = keys
+    let stated_keys: Vec<&str> = keys
         .iter()
         .map(String::as_str)
         .filter(|key| f.has(key))
         .collect();
-    if let [one, other, ..] = given[..] {
-        f.exclusive(one, other);
-    } else if let ([key], true) = (&given[..], rigid) {
+    if let [first, second, ..] = stated_keys[..] {
+        f.exclusive(first, second);
+    } else if let ([key], true) = (&stated_keys[..], rigid) {
         let message = format!("`{key}` damps a rigid element, which never deforms");
-        let hint = format!("give {stiffness}, or leave `{key}` out");
+        let hint = format!("give {stiffness}, or omit `{key}`");
         f.report_key(Code::Conflict, key, message, &hint);
     }
     let viscous = viscous.map(BranchDamping::Viscous);
@@ -222,20 +222,20 @@ pub fn read_damping(
         .unwrap_or_default()
 }
 
-/// Stiffness, losses and play along a line; keys end in `suffix`.
+/// Reads stiffness, damping and backlash of a translational contact; keys end in `suffix`.
 pub fn read_contact(f: &mut TableReader, suffix: &str) -> ContactParameters {
     const UNITS: ContactUnits = ContactUnits {
         stiffness: QuantityKind::Stiffness,
         range: ValueRange::NotNegative,
         damping: QuantityKind::Damping,
         deflection: QuantityKind::Length,
-        max_play: (1.0, "1 m"),
+        max_backlash: (1.0, "1 m"),
         characteristic: characteristic::force_deflection,
     };
     read_contact_in(f, suffix, UNITS)
 }
 
-/// The same between teeth, whose stiffness may change over the mesh cycle.
+/// Reads the contact parameters of teeth, whose stiffness may vary over the mesh cycle.
 pub fn read_mesh_contact(f: &mut TableReader, suffix: &str) -> ContactParameters {
     let contact = read_contact(f, suffix);
     let wave = read_table(
@@ -251,14 +251,14 @@ pub fn read_mesh_contact(f: &mut TableReader, suffix: &str) -> ContactParameters
     ContactParameters { wave, ..contact }
 }
 
-/// Stiffness, losses and lost motion of a coupling.
+/// Reads stiffness, damping and backlash of a coupling.
 pub fn read_coupling_contact(f: &mut TableReader) -> ContactParameters {
     const UNITS: ContactUnits = ContactUnits {
         stiffness: QuantityKind::TorsionalStiffness,
         range: ValueRange::Any,
         damping: QuantityKind::TorsionalDamping,
         deflection: QuantityKind::Angle,
-        max_play: (100.0, "100 rad"),
+        max_backlash: (100.0, "100 rad"),
         characteristic: characteristic::torque_twist,
     };
     read_contact_in(f, "", UNITS)
@@ -270,13 +270,13 @@ struct ContactUnits {
     range: ValueRange,
     damping: QuantityKind,
     deflection: QuantityKind,
-    /// The largest play. A contact's deflection is what the distance of its sides exceeds half the play by: this much keeps its force to
-    /// 1e-9 of what a micrometre, or a hundredth of a degree, of it exerts.
-    max_play: (f64, &'static str),
+    /// Maximum backlash, m or rad, and its text. A contact deflects by the distance of its sides less half the backlash; the maximum limits
+    /// the rounding of the force to 1e-9 of the force at a deflection of 1 µm or 0.01°.
+    max_backlash: (f64, &'static str),
     characteristic: fn(&mut TableReader) -> Option<Characteristic>,
 }
 
-/// Smallest play of a machine, m or rad; switching surfaces so near to each other are lost in rounding.
+/// Minimum backlash, m or rad; below it the two switching surfaces coincide in rounding.
 const MIN_BACKLASH: f64 = 1e-30;
 
 fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> ContactParameters {
@@ -299,53 +299,49 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
         characteristic,
         flanks: None,
     };
-    if contact.backlash > units.max_play.0 {
+    if contact.backlash > units.max_backlash.0 {
         let message = format!(
             "`{backlash}` must not exceed {}: the deflection of the contact would be lost in the digits of the play",
-            units.max_play.1
+            units.max_backlash.1
         );
-        let hint = "check its unit; what never touches is left out";
+        let hint = "check its unit; omit contacts that never close";
         f.report_key(Code::OutOfRange, &backlash, message, hint);
     }
     if contact.backlash > 0.0 && contact.backlash < MIN_BACKLASH {
         let message = format!(
-            "`{backlash}` is {:e} in SI units, less than any play",
+            "`{backlash}` is {:e} in SI units, below any physical backlash",
             contact.backlash
         );
-        f.report_key(
-            Code::OutOfRange,
-            &backlash,
-            message,
-            "leave it out, or write 0",
-        );
+        f.report_key(Code::OutOfRange, &backlash, message, "omit it, or write 0");
     }
     if f.has(&curve) {
         for key in ["damping_ratio", "loss_factor"].map(|key| format!("{key}{suffix}")) {
             if f.has(&key) {
-                let message = format!("`{key}` goes with one stiffness, and `{curve}` has many");
+                let message = format!("`{key}` needs a constant stiffness, but `{curve}` is given");
                 f.report_key(Code::Conflict, &key, message, "give `c` instead");
             }
         }
         if contact.backlash > 0.0 {
-            let message = format!("`{backlash}` and `{curve}` both say what happens about rest");
-            let hint = "put the play into the curve: a table whose second point still has no force";
+            let message =
+                format!("`{backlash}` and `{curve}` both define the behaviour at zero deflection");
+            let hint = "include the play in the curve: a table whose second point has no force";
             f.report_key(Code::Conflict, &backlash, message, hint);
         }
     }
     contact
 }
 
-/// Reads the damping law of a contact as it opens.
+/// Reads the damping law of an opening contact.
 pub fn read_contact_damping(f: &mut TableReader, suffix: &str) -> Option<ContactDamping> {
     f.choice(&format!("contact_damping{suffix}"), ContactDamping::WORDS)
 }
 
-/// The hand of the first gear.
+/// Reads the hand of the first gear, by default right.
 pub fn hand(f: &mut TableReader) -> Hand {
     stated_hand(f).unwrap_or_default()
 }
 
-/// The hand of a gear where it is stated.
+/// Reads the hand of a gear; none if it is not stated.
 pub fn stated_hand(f: &mut TableReader) -> Option<Hand> {
     f.choice("hand", &[("right", Hand::Right), ("left", Hand::Left)])
 }
@@ -357,8 +353,8 @@ pub fn read_profile_shift(f: &mut TableReader) -> Option<f64> {
 
 /// Reads the lower and the upper deviation of the normal tooth thickness, m.
 pub fn read_thickness(f: &mut TableReader) -> Option<[f64; 2]> {
-    let read = f.optional_quantities("thickness", QuantityKind::Length, ValueRange::Any, Some(2));
-    let thickness: [f64; 2] = read?.try_into().ok()?;
+    let values = f.optional_quantities("thickness", QuantityKind::Length, ValueRange::Any, Some(2));
+    let thickness: [f64; 2] = values?.try_into().ok()?;
     if thickness[0] >= thickness[1] {
         let hint = "`thickness` takes the lower allowance first: [\"-120 µm\", \"-60 µm\"]";
         f.report_key(Code::OutOfRange, "thickness", "`thickness` falls", hint);
@@ -366,14 +362,14 @@ pub fn read_thickness(f: &mut TableReader) -> Option<[f64; 2]> {
     Some(thickness)
 }
 
-/// Reads the angle of the mesh round each axis, rad.
-pub fn mesh_angles(f: &mut TableReader, usual: [f64; 2]) -> [f64; 2] {
+/// Reads the angle of the mesh about each axis, rad.
+pub fn mesh_angles(f: &mut TableReader, default_angles: [f64; 2]) -> [f64; 2] {
     f.optional_quantities("mesh_angles", QuantityKind::Angle, ValueRange::Any, Some(2))
         .and_then(|angles| angles.try_into().ok())
-        .unwrap_or(usual)
+        .unwrap_or(default_angles)
 }
 
-/// Angles of `count` places equally spaced from zero, rad.
+/// Angles of `count` positions equally spaced from zero, rad.
 pub fn equally_spaced(count: u32) -> Vec<f64> {
     (0..count)
         .map(|i| TAU * f64::from(i) / f64::from(count))

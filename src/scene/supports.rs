@@ -39,15 +39,16 @@ fn loss(f: &mut TableReader, stiffness: &[(Axis, Axis, f64)]) -> BranchDamping {
     f.exclusive("damping_ratio", "loss_factor");
     for key in ["damping_ratio", "loss_factor"] {
         if f.has(key) && f.has_prefix("c_") {
-            let message = format!("`{key}` and a damper `c_…` are both losses of the bearing");
+            let message =
+                format!("`{key}` and a damper `c_…` both define the losses of the bearing");
             f.report_key(Code::Conflict, key, message, "give one of them");
         } else if f.has(key) && stiffness.iter().any(|(row, column, _)| row != column) {
-            let message = format!("`{key}` is of springs along the axes, and cross terms are none");
+            let message = format!("`{key}` applies to springs along the axes, not to cross terms");
             f.report_key(Code::Conflict, key, message, "give dampers `c_…` instead");
         } else if f.has(key) && !f.has_prefix("k_") {
             f.report_missing(
                 "k_radial",
-                &format!(" nor any other stiffness, and `{key}` is of it"),
+                &format!(" nor any other stiffness, which `{key}` needs"),
             );
         }
     }
@@ -151,10 +152,7 @@ pub fn damping(f: &mut TableReader) -> GlobalDamping {
         QuantityKind::Time,
         ValueRange::NotNegative,
     );
-    let modal = match f.item(
-        "modal",
-        "a ratio, or a list of ratios in rising order of modes",
-    ) {
+    let modal = match f.item("modal", "a ratio, or a list of ratios in order of modes") {
         None => Vec::new(),
         Some(item) => match &item.value {
             Value::List(list) => list

@@ -74,8 +74,8 @@ pub fn read_stiffness_variation(f: &mut TableReader) -> Option<StiffnessVariatio
             Waveform::Fourier { .. } => "amplitudes",
             Waveform::Table(_) => "values",
         };
-        let hint = "below zero a spring pushes instead of pulling, and at zero nothing carries though teeth are in mesh: keep every factor above zero, of a Fourier series the amplitudes together below the mean";
-        let message = format!("`{key}` lets the wave go down to zero or below");
+        let hint = "the mesh stiffness must be positive: keep every factor above zero, in a Fourier series the sum of amplitudes below the mean";
+        let message = format!("`{key}` makes the wave zero or negative");
         f.report_key(Code::OutOfRange, key, message, hint);
         return None;
     }

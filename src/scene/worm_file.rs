@@ -1,4 +1,4 @@
-//! Reads a gear file of a worm pair, `pair`, `worm`, `wheel`, and the keys of a thread.
+//! Reads a gear file of a worm pair, with the tables `pair`, `worm` and `wheel`, and the keys of a thread.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -15,14 +15,14 @@ use crate::base::tables::{read_file, read_heading, read_table};
 use crate::gear::helicoid::worm_thread::{FlankType, WormThread};
 use crate::gear::helicoid::worm_zone::WormZone;
 
-/// A worm and its wheel as their file describes them.
+/// Worm and wheel as described in their file.
 #[derive(Debug, Clone)]
 pub struct WormFile {
     /// Title in the file.
     pub title: String,
     /// Thread of the worm.
     pub thread: WormThread,
-    /// 1 for a right hand, −1 for a left one.
+    /// 1 for right hand, −1 for left hand.
     pub hand: f64,
     /// Length of the worm, m.
     pub length: f64,
@@ -36,11 +36,11 @@ pub struct WormFile {
     pub tip_diameters: [f64; 2],
     /// Outer diameter of the wheel, m.
     pub outer_diameter: f64,
-    /// Values that the file leaves to their defaults, in words.
+    /// Values set by default, as text.
     pub defaults: Vec<String>,
-    /// Place of `worm`.
+    /// Source span of `worm`.
     pub span: SourceSpan,
-    /// The file.
+    /// Source file.
     pub source: Arc<SourceFile>,
 }
 
@@ -64,7 +64,7 @@ impl WormFile {
         [lead, cosine.min(1.0).acos()]
     }
 
-    /// The zone where worm and wheel can touch.
+    /// Zone in which worm and wheel can be in contact.
     pub fn zone(&self) -> WormZone {
         let [worm_tip, throat] = self.tip_diameters.map(|d| 0.5 * d);
         WormZone {
@@ -76,16 +76,16 @@ impl WormFile {
     }
 }
 
-/// Most starts of a worm.
+/// Maximum number of starts of a worm.
 pub(super) const MAX_STARTS: u32 = 30;
-/// Most teeth of a wheel.
+/// Maximum number of teeth of a wheel.
 pub(super) const MAX_WHEEL_TEETH: u32 = 1000;
 const QUOTIENT_RANGE: ValueRange = ValueRange::Open(3.0, 200.0, "above 3 and below 200");
 
-/// Reads one; no flag of a load applies.
+/// Reads a worm-pair file; load flags do not apply.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// All errors in the file and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors> {
     flags.read("a worm pair", None, &[], |_| ())?;
     let (title, span, worm, wheel) = read_file(source, "the gear file", |f| {
@@ -102,17 +102,17 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
     let ((thread, length, worm_tip), wheel) = worm.zip(wheel).ok_or_else(missing)?;
     let module = thread.thread.module;
     let mut defaults = thread.defaults;
-    let mut or_default = |value: Option<f64>, usual: f64, name: &str, what: &str| {
+    let mut or_default = |value: Option<f64>, default: f64, name: &str, what: &str| {
         value.unwrap_or_else(|| {
-            defaults.push(format!("{name}: {:.4} mm, {what}", 1e3 * usual));
-            usual
+            defaults.push(format!("{name}: {:.4} mm, {what}", 1e3 * default));
+            default
         })
     };
     let addendum = "an addendum of one module";
-    let usual = 2.0 * (thread.thread.reference_radius() + module);
-    let worm_tip = or_default(worm_tip, usual, "worm.tip_diameter", addendum);
-    let usual = module * (f64::from(wheel.teeth) + 2.0 * (wheel.profile_shift + 1.0));
-    let throat = or_default(wheel.tip_diameter, usual, "wheel.tip_diameter", addendum);
+    let default = 2.0 * (thread.thread.reference_radius() + module);
+    let worm_tip = or_default(worm_tip, default, "worm.tip_diameter", addendum);
+    let default = module * (f64::from(wheel.teeth) + 2.0 * (wheel.profile_shift + 1.0));
+    let throat = or_default(wheel.tip_diameter, default, "wheel.tip_diameter", addendum);
     let outer_diameter = or_default(
         wheel.outer_diameter,
         throat + module,
@@ -138,7 +138,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
         return Ok(file);
     }
     let message = format!(
-        "a worm of {:.3} mm tip diameter does not reach into a wheel of {:.3} mm throat diameter at {:.3} mm",
+        "a worm of {:.3} mm tip diameter does not reach a wheel of {:.3} mm throat diameter at {:.3} mm",
         1e3 * worm_tip,
         1e3 * throat,
         1e3 * file.centre_distance()
@@ -152,11 +152,11 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
 fn pair(f: &mut TableReader) {
     f.choice("kind", &[("worm", ())]);
     f.require("kind");
-    right_angle(f);
+    check_shaft_angle(f);
 }
 
-/// The shaft angle of a worm pair is 90°.
-pub(super) fn right_angle(f: &mut TableReader) {
+/// Checks that the shaft angle of a worm pair is 90°.
+pub(super) fn check_shaft_angle(f: &mut TableReader) {
     let angle = f.optional_quantity("shaft_angle", QuantityKind::Angle, ValueRange::Any);
     if angle.is_some_and(|a| (a - FRAC_PI_2).abs() > 1e-9) {
         let message = "worm pairs at other shaft angles than 90° are not computed";
@@ -172,7 +172,7 @@ fn worm(f: &mut TableReader) -> Option<(ThreadTable, f64, Option<f64>)> {
     Some((thread?, length, tip))
 }
 
-/// `wheel` as written.
+/// Contents of `wheel`.
 struct WheelTable {
     teeth: u32,
     profile_shift: f64,
@@ -199,13 +199,13 @@ fn wheel(f: &mut TableReader) -> WheelTable {
     }
 }
 
-/// A thread as written.
+/// Thread as described by its keys.
 pub(super) struct ThreadTable {
     /// The thread.
     pub thread: WormThread,
-    /// 1 for a right hand, −1 for a left one.
+    /// 1 for right hand, −1 for left hand.
     pub hand: f64,
-    /// Values left to their defaults, in words.
+    /// Values set by default, as text.
     pub defaults: Vec<String>,
 }
 
@@ -218,7 +218,7 @@ enum ThreadType {
     Zc,
 }
 
-/// Keys of a thread; none where one is missing or wrong.
+/// Reads the keys of a thread; `None` if one is missing or invalid.
 pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
     let types = [
         ("ZA", ThreadType::Za),
@@ -249,16 +249,16 @@ pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
     let across = only_for(f, "across", kind == Some(ThreadType::Zn), "ZN", |f| {
         f.choice("across", &[("space", true), ("thread", false)])
     });
-    let ground = matches!(kind, Some(ThreadType::Zk | ThreadType::Zc));
+    let has_tool_radius = matches!(kind, Some(ThreadType::Zk | ThreadType::Zc));
     let length = |f: &mut TableReader, key: &str| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
-    let wheel = only_for(f, "tool_radius", ground, "ZK and ZC", |f| {
+    let tool_radius = only_for(f, "tool_radius", has_tool_radius, "ZK and ZC", |f| {
         let radius = length(f, "tool_radius");
         f.require("tool_radius");
         radius
     });
-    let arc = only_for(f, "arc_radius", kind == Some(ThreadType::Zc), "ZC", |f| {
+    let arc_radius = only_for(f, "arc_radius", kind == Some(ThreadType::Zc), "ZC", |f| {
         let radius = length(f, "arc_radius");
         f.require("arc_radius");
         radius
@@ -275,11 +275,11 @@ pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
             }
         },
         ThreadType::Zk => FlankType::Zk {
-            wheel_radius: wheel?,
+            wheel_radius: tool_radius?,
         },
         ThreadType::Zc => FlankType::Zc {
-            wheel_radius: wheel?,
-            arc_radius: arc?,
+            wheel_radius: tool_radius?,
+            arc_radius: arc_radius?,
         },
     };
     let thread = WormThread {
@@ -289,7 +289,7 @@ pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
         diameter_quotient: quotient?,
         pressure_angle,
     };
-    // A lead angle near 90° leaves no thread.
+    // No thread is possible with a lead angle near 90°.
     if !(thread.lead_angle() < 0.45 * PI) {
         let message = format!("the lead angle is {:.1}°", thread.lead_angle().to_degrees());
         let hint =
@@ -304,7 +304,7 @@ pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
     })
 }
 
-/// A key that belongs to some flank types alone.
+/// Reads a key that only some flank types have; an error for the others.
 fn only_for<T>(
     f: &mut TableReader,
     key: &str,
@@ -317,7 +317,7 @@ fn only_for<T>(
     }
     if f.has(key) {
         f.item(key, "nothing");
-        let message = format!("`{key}` belongs to the flank types {types}");
+        let message = format!("`{key}` applies to the flank types {types} only");
         f.report_key(Code::Conflict, key, message, "remove it, or change `type`");
     }
     None

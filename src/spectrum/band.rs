@@ -65,9 +65,9 @@ fn analytic_spectrum(
     if !(low_hz >= 0.0 && low_hz < high_hz && low_hz < rate_hz / 2.0) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("the band from {low_hz} to {high_hz} Hz holds nothing of a signal sampled at {rate_hz} Hz"),
+            format!("the band from {low_hz} to {high_hz} Hz is invalid for a signal sampled at {rate_hz} Hz"),
         )
-        .with_hint("both edges between 0 and half the rate, the lower one first"));
+        .with_hint("choose both edges between 0 and half the rate, the lower one first"));
     }
     let first = (low_hz / step).ceil() as usize;
     let last = ((high_hz / step).floor() as usize).min(spectrum.len() - 1);

@@ -1,6 +1,6 @@
 //! Decimation without delay by linear-phase FIR stages: `y_j = Σ_i h_i x_{jM+i}`, `|i| ≤ m`.
 //!
-//! Large factors fall into stages, each of which need only keep its aliases out of the final pass band (Crochiere & Rabiner,
+//! Large factors are split into stages, each of which only keeps its aliases out of the final pass band (Crochiere & Rabiner,
 //! Multirate Digital Signal Processing (1983), chapter 5), so that the first stages are short filters.
 
 use super::kaiser_fir::low_pass;
@@ -9,20 +9,20 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::vector_ops::dot;
 
-/// A stage divides by no more than this where the factor allows; above it one stage costs more than two.
+/// Maximum factor of a stage, unless a prime factor is larger; above it one stage costs more than two.
 const MAX_STAGE_FACTOR: usize = 8;
 
 /// Pass band and attenuation of the decimation filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecimationOptions {
-    /// Edge of the pass band over half the new rate, `0 < pass < 1`; from half the new rate on everything is stopped.
+    /// Pass-band edge relative to half the new sample rate, `0 < pass < 1`; the stop band begins at half the new rate.
     pub pass: f64,
-    /// Stop-band attenuation, dB; the pass-band ripple is `10^(−attenuation/20)`, over all stages.
+    /// Stop-band attenuation, dB; the pass-band ripple over all stages is `10^(−attenuation/20)`.
     pub attenuation_db: f64,
 }
 
 impl Default for DecimationOptions {
-    /// Flat to 10⁻⁴ up to 0.8 of half the new rate, aliases 80 dB down: below the noise of most logs.
+    /// Ripple 10⁻⁴ up to 0.8 of half the new rate, aliases attenuated by 80 dB: below the noise of most recordings.
     fn default() -> Self {
         DecimationOptions {
             pass: 0.8,
@@ -31,12 +31,12 @@ impl Default for DecimationOptions {
     }
 }
 
-/// One filter and its memory.
+/// FIR filter of one stage with its state.
 #[derive(Debug, Clone)]
 struct FilterStage {
     factor: usize,
     weights: Vec<f64>,
-    /// Inputs still needed; the next output takes `weights.len()` of them from `next`.
+    /// Buffered inputs; the next output weights `weights.len()` of them from index `next`.
     history: Vec<f64>,
     next: usize,
     started: bool,
@@ -48,7 +48,7 @@ impl FilterStage {
         self.weights.len() / 2
     }
 
-    /// Before the first sample the signal is taken to have had its value.
+    /// Filters samples; before the first sample the signal is extended by its value.
     fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
         let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
             return;
@@ -64,12 +64,12 @@ impl FilterStage {
             out.push(dot(&self.weights, &self.history[self.next..self.next + n]));
             self.next += self.factor;
         }
-        let done = self.next.min(self.history.len());
-        self.history.drain(..done);
-        self.next -= done;
+        let consumed = self.next.min(self.history.len());
+        self.history.drain(..consumed);
+        self.next -= consumed;
     }
 
-    /// After the last sample the signal is taken to keep its value.
+    /// Flushes the filter; after the last sample the signal is extended by its value.
     fn finish(&mut self, out: &mut Vec<f64>) {
         if self.started {
             self.push(&vec![self.last; self.half()], out);
@@ -77,7 +77,7 @@ impl FilterStage {
     }
 }
 
-/// A decimation under way.
+/// Decimator of a signal that arrives in blocks.
 #[derive(Debug, Clone)]
 pub struct Decimator {
     factor: usize,
@@ -87,12 +87,12 @@ pub struct Decimator {
 }
 
 impl Decimator {
-    /// Decimation by `factor ≥ 1` (1 passes everything on unchanged).
+    /// Creates a decimator by `factor ≥ 1`; 1 leaves the signal unchanged.
     ///
     /// # Errors
-    /// A factor of zero, a pass band or an attenuation that cannot be had.
+    /// A factor of zero, a pass band or an attenuation out of range.
     pub fn new(factor: usize, settings: DecimationOptions) -> Result<Decimator, Error> {
-        check_count(factor, 1, "the factor of decimation")?;
+        check_count(factor, 1, "the decimation factor")?;
         if !(settings.pass > 0.0 && settings.pass < 1.0) {
             return Err(Error::new(
                 Code::OutOfRange,
@@ -103,14 +103,14 @@ impl Decimator {
             ));
         }
         let factors = stage_factors(factor);
-        // ripples of the stages add up at worst
+        // In the worst case the ripples of the stages add up.
         let db = settings.attenuation_db + 20.0 * (factors.len().max(1) as f64).log10();
         let mut stages = Vec::new();
-        let mut rest = factor; // input rate of the stage over the final rate
+        let mut ratio = factor; // input rate of the stage over the final rate
         for factor in factors {
-            let pass = 0.5 * settings.pass / rest as f64;
-            // what this stage folds must not reach below the end of the final band
-            let stop = (rest / factor) as f64 / rest as f64 - 0.5 / rest as f64;
+            let pass = 0.5 * settings.pass / ratio as f64;
+            // Aliases of this stage must stay above the final band.
+            let stop = (ratio / factor) as f64 / ratio as f64 - 0.5 / ratio as f64;
             stages.push(FilterStage {
                 factor,
                 weights: low_pass(pass, stop, db)?,
@@ -119,7 +119,7 @@ impl Decimator {
                 started: false,
                 last: 0.0,
             });
-            rest /= factor;
+            ratio /= factor;
         }
         Ok(Decimator {
             factor,
@@ -140,12 +140,12 @@ impl Decimator {
         reach.div_ceil(self.factor)
     }
 
-    /// Takes the next samples and appends to `out` what they complete. How a signal is cut into blocks changes no bit of the result.
+    /// Takes the next samples and appends the completed outputs to `out`. The result does not depend on the block lengths, to the bit.
     pub fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
         self.run(0, samples, out);
     }
 
-    /// Samples through the stages from `first` on.
+    /// Passes samples through the stages from `first` on.
     fn run(&mut self, first: usize, samples: &[f64], out: &mut Vec<f64>) {
         self.stage_buffer.clear();
         self.stage_buffer.extend_from_slice(samples);
@@ -157,17 +157,17 @@ impl Decimator {
         out.extend_from_slice(&self.stage_buffer);
     }
 
-    /// Appends the outputs at the end: `n` samples give `⌈n/factor⌉`, the first at the first sample.
+    /// Appends the outputs at the end of the signal: `n` samples give `⌈n/factor⌉`, the first at the first sample.
     pub fn finish(mut self, out: &mut Vec<f64>) {
-        for at in 0..self.stages.len() {
+        for index in 0..self.stages.len() {
             let mut tail = Vec::new();
-            self.stages[at].finish(&mut tail);
-            self.run(at + 1, &tail, out);
+            self.stages[index].finish(&mut tail);
+            self.run(index + 1, &tail, out);
         }
     }
 }
 
-/// A whole slice at once.
+/// Decimates a slice by `factor`.
 ///
 /// # Errors
 /// As [`Decimator::new`].
@@ -186,20 +186,20 @@ pub fn decimate(
     Ok(out)
 }
 
-/// The factors of the stages, the largest first: prime factors, multiplied together while they stay small.
+/// Factors of the stages, the largest first: prime factors, multiplied up to `MAX_STAGE_FACTOR`.
 fn stage_factors(factor: usize) -> Vec<usize> {
     let mut primes = Vec::new();
-    let mut rest = factor;
+    let mut remainder = factor;
     let mut prime = 2;
-    while prime * prime <= rest {
-        while rest.is_multiple_of(prime) {
+    while prime * prime <= remainder {
+        while remainder.is_multiple_of(prime) {
             primes.push(prime);
-            rest /= prime;
+            remainder /= prime;
         }
         prime += 1;
     }
-    if rest > 1 {
-        primes.push(rest);
+    if remainder > 1 {
+        primes.push(remainder);
     }
     let mut stages: Vec<usize> = Vec::new();
     for prime in primes.into_iter().rev() {
@@ -226,27 +226,27 @@ mod tests {
         }
     }
 
-    /// The bits do not depend on how the signal is cut into blocks; n samples give ⌈n/factor⌉.
+    /// The result does not depend on the block lengths, to the bit; n samples give ⌈n/factor⌉.
     #[test]
     fn law_blocks_join_exactly() {
         let mut rng = fastrand::Rng::with_seed(4);
         let x: Vec<f64> = (0..5003).map(|_| rng.f64() - 0.5).collect();
         for factor in [1, 2, 7, 10, 60, 128] {
-            let whole = decimate(&x, factor, DecimationOptions::default()).unwrap();
-            assert_eq!(whole.len(), x.len().div_ceil(factor));
-            let mut parts = Vec::new();
+            let expected = decimate(&x, factor, DecimationOptions::default()).unwrap();
+            assert_eq!(expected.len(), x.len().div_ceil(factor));
+            let mut output = Vec::new();
             let mut decimator = Decimator::new(factor, DecimationOptions::default()).unwrap();
-            let mut at = 0;
-            while at < x.len() {
-                let to = (at + rng.usize(0..300)).min(x.len());
-                decimator.push(&x[at..to], &mut parts);
-                at = to;
+            let mut start = 0;
+            while start < x.len() {
+                let end = (start + rng.usize(0..300)).min(x.len());
+                decimator.push(&x[start..end], &mut output);
+                start = end;
             }
-            decimator.finish(&mut parts);
+            decimator.finish(&mut output);
             assert!(
-                whole
+                expected
                     .iter()
-                    .zip(&parts)
+                    .zip(&output)
                     .all(|(a, b)| a.to_bits() == b.to_bits())
             );
         }

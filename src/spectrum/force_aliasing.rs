@@ -46,7 +46,7 @@ impl PulseSampling {
         let (seen, consequence) = match self {
             PulseSampling::Resolved => return None,
             PulseSampling::Folded(decibels) => (
-                format!("falls by {decibels:.0} dB only"),
+                format!("falls by only {decibels:.0} dB"),
                 "unless a filter in front of the converter removes them, resonances above appear below it as if they were modes",
             ),
             PulseSampling::Unresolved => (

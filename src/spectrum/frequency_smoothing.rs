@@ -30,7 +30,7 @@ pub fn smoothed_spectra(
     if group == 0 || !(rate_hz > 0.0 && rate_hz.is_finite()) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("groups of {group} lines at {rate_hz} Hz have no spectrum"),
+            format!("invalid group of {group} lines or sample rate of {rate_hz} Hz"),
         ));
     }
     // Lines 1 … (n − 1)/2: neither the mean nor half the rate.
@@ -38,9 +38,9 @@ pub fn smoothed_spectra(
     if groups < 2 {
         return Err(Error::new(
             Code::TooShort,
-            format!("{n} samples do not hold two groups of {group} lines"),
+            format!("{n} samples are too few for two groups of {group} lines"),
         )
-        .with_hint("fewer lines in a group, or a longer record"));
+        .with_hint("use fewer lines per group, or a longer record"));
     }
     let mut fft = RealFft::new(n);
     let transforms = channels

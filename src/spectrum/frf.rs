@@ -206,7 +206,7 @@ impl<'a> InputOutputSpectra<'a> {
         let missing = |x: usize, y: usize| {
             Error::new(
                 Code::NoChannel,
-                format!("the spectra hold no cross spectrum of channels {x} and {y}"),
+                format!("the cross spectrum of channels {x} and {y} was not estimated"),
             )
         };
         let cross = |x: usize, y: usize| spectra.cross(x, y).ok_or_else(|| missing(x, y));
@@ -364,7 +364,7 @@ fn check(
     if estimator == Estimator::H2 && inputs.len() > 1 {
         return Err(
             conflict("H2 takes one input: with several, noise on the inputs alone does not determine the responses")
-                .with_hint("H1, or Hv for noise on both sides"),
+                .with_hint("use H1, or Hv for noise on both sides"),
         );
     }
     if let Some(&channel) = all.iter().find(|&&c| c >= spectra.psd.len()) {
@@ -414,7 +414,7 @@ fn warnings(
                 "the {inputs} inputs are coherent with each other on every line, above {MAX_INPUT_COHERENCE}: their effects cannot be separated"
             ),
         )
-        .with_hint("drive them with independent signals, or name one of them as the only input"));
+        .with_hint("excite them with independent signals, or name one of them as the only input"));
     }
     let mut diagnostics = Vec::new();
     if inputs > 1 && undetermined > 0 {
@@ -423,7 +423,7 @@ fn warnings(
             message: format!(
                 "on {undetermined} of {lines} lines the inputs are coherent with each other above {MAX_INPUT_COHERENCE}, or one has no power; nothing is estimated there"
             ),
-            hint: Some("drive the inputs with independent signals".into()),
+            hint: Some("excite the inputs with independent signals".into()),
         });
     }
     if !has_error {

@@ -1,10 +1,10 @@
 //! Conversion between acceleration, velocity and displacement: `Y = g(ω) (iω)^p X`, g a high-pass.
 //!
-//! `g` is zero up to the low cut, one from twice the low cut on, and half a cosine between them: the softer the edge, the sooner
-//! what the ends spoil dies away. The slice is taken as one period of a periodic signal. Where its ends do not meet, a
-//! jump `J` between them spoils what is near: measured on tones that end anywhere, the displacement of an acceleration is wrong by up to
-//! 0.03 `J/(2πf)²` at the ends (`f` the low cut), 1e-3 of that unit one period of the low cut away from them, 1e-4 two and 1e-5
-//! four periods away; a derivative is wrong by the jump itself over a few samples. Drift has such a jump: take it off first.
+//! `g` is zero up to the low cut, one from twice the low cut on, and half a cosine between them; a softer edge shortens the end
+//! effects. The slice is taken as one period of a periodic signal. If its ends differ by a jump `J`, the samples near them are in
+//! error: measured on tones of any end phase, the error of a displacement from an acceleration is up to 0.03 `J/(2πf)²` at the ends
+//! (`f` the low cut), 1e-3 `J/(2πf)²` one period of the low cut from them, 1e-4 two and 1e-5 four periods from them. The error
+//! of a derivative is the jump itself over a few samples. Drift causes such a jump: remove it first.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,22 +14,22 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
-/// Ratio of frequency to the low cut from which signals pass undiminished.
+/// Ratio of frequency to low cut from which the gain is one.
 pub const PASS_RATIO: f64 = 2.0;
 
 /// Motion quantity of a signal, or of a response to a force: receptance, mobility, accelerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionQuantity {
-    /// Metres or radians.
+    /// Displacement, m or rad.
     Displacement,
-    /// A second's change of them.
+    /// Velocity, m/s or rad/s.
     Velocity,
-    /// A second's change of that.
+    /// Acceleration, m/s² or rad/s².
     Acceleration,
 }
 
 impl MotionQuantity {
-    /// n of the factor `(iω)ⁿ` that makes it of a displacement.
+    /// Order n of the time derivative of a displacement, factor `(iω)ⁿ`.
     pub fn derivative_order(self) -> i32 {
         match self {
             MotionQuantity::Displacement => 0,
@@ -39,22 +39,22 @@ impl MotionQuantity {
     }
 }
 
-/// One motion from another.
+/// Conversion from one motion quantity to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionConversion {
     /// Motion quantity of the samples.
     pub from: MotionQuantity,
     /// Motion quantity to convert to.
     pub to: MotionQuantity,
-    /// Nothing up to this frequency is kept, Hz; what has twice of it or more is kept whole. Zero takes off the mean alone, and only
-    /// where nothing is integrated.
+    /// Low cut, Hz: content up to it is removed, content from twice the low cut on is unchanged. Zero removes the mean alone and is
+    /// valid only without integration.
     pub low_cut_hz: f64,
 }
 
-/// The motion wanted, in the unit of the samples times s or over s.
+/// Converts samples to another motion quantity, in their unit times or divided by powers of s.
 ///
 /// # Errors
-/// Fewer than two samples, samples not finite, a low cut that leaves nothing, integration without a low cut.
+/// Fewer than two samples, non-finite samples, a low cut of a quarter of the rate or more, integration without a low cut.
 pub fn convert(
     samples: &[f64],
     rate_hz: f64,
@@ -67,9 +67,9 @@ pub fn convert(
     if !(cut >= 0.0 && PASS_RATIO * cut < rate_hz / 2.0) || (cut == 0.0 && power < 0) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("a low cut of {cut} Hz, where integration needs one above zero and below a quarter of the rate of {rate_hz} Hz"),
+            format!("the low cut of integration is {cut} Hz; it must be above zero and below a quarter of the rate of {rate_hz} Hz"),
         )
-        .with_hint("half the lowest frequency of interest; content below is mainly sensor drift, which integration magnifies"));
+        .with_hint("use half the lowest frequency of interest; below it, integration mainly amplifies sensor drift"));
     }
     let n = samples.len();
     let mut fft = RealFft::new(n);
@@ -84,7 +84,7 @@ pub fn convert(
     Ok(out)
 }
 
-/// `(iω)^p`; at zero only where nothing is divided.
+/// `(iω)^p`; zero at ω = 0, which the high-pass removes.
 fn power_of_iomega(omega: f64, power: i32) -> Complex {
     match power {
         _ if omega == 0.0 => Complex::new(0.0, 0.0),
@@ -108,25 +108,25 @@ fn high_pass_gain(frequency: f64, cut: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [MotionQuantity; 3] = [
+    const QUANTITIES: [MotionQuantity; 3] = [
         MotionQuantity::Displacement,
         MotionQuantity::Velocity,
         MotionQuantity::Acceleration,
     ];
 
     /// The p-th derivative of cos ωt.
-    fn wave(omega: f64, t: f64, history: MotionQuantity) -> f64 {
-        let p = history.derivative_order();
+    fn wave(omega: f64, t: f64, quantity: MotionQuantity) -> f64 {
+        let p = quantity.derivative_order();
         omega.powi(p) * (omega * t + f64::from(p) * PI / 2.0).cos()
     }
 
-    /// A tone that fits the slice, on a constant: exact in all nine conversions, to the rounding of the tone's own angle (1e-13) times what two
-    /// derivatives magnify it by at half the rate (200).
+    /// A periodic tone plus a constant is converted exactly in all nine cases, to the rounding of the tone's angle (1e-13) times the gain of
+    /// two derivatives at half the rate (200).
     #[test]
     fn exact_tone() {
         let (n, rate, omega) = (2000, 1000.0, TAU * 35.0);
-        for from in ALL {
-            for to in ALL {
+        for from in QUANTITIES {
+            for to in QUANTITIES {
                 let t = |j: usize| j as f64 / rate;
                 let x: Vec<f64> = (0..n).map(|j| wave(omega, t(j), from) + 3.0).collect();
                 let conversion = MotionConversion {
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// The errors near the ends that the top of this file states, for tones that end anywhere.
+    /// Errors near the ends stated in the module documentation, for tones of any end phase.
     #[test]
     fn law_ends() {
         let (n, rate, cut) = (20_000, 1000.0, 1.0);
@@ -160,13 +160,13 @@ mod tests {
             };
             let y = convert(&x, rate, conversion).unwrap();
             let unit = 2.0 / (TAU * cut).powi(2); // a jump of at most two
-            for (worst, away) in worst.iter_mut().zip([0, 1000, 2000, 4000]) {
-                let wrong = |j: usize| (y[j] + x[j] / (omega * omega)).abs() / unit;
-                *worst = (away..n - away).map(wrong).fold(*worst, f64::max);
+            for (worst, distance) in worst.iter_mut().zip([0, 1000, 2000, 4000]) {
+                let error = |j: usize| (y[j] + x[j] / (omega * omega)).abs() / unit;
+                *worst = (distance..n - distance).map(error).fold(*worst, f64::max);
             }
         }
-        let stated = [3e-2, 1e-3, 1e-4, 1e-5];
-        assert!(worst.iter().zip(stated).all(|(w, s)| *w < s), "{worst:?}");
+        let limits = [3e-2, 1e-3, 1e-4, 1e-5];
+        assert!(worst.iter().zip(limits).all(|(w, s)| *w < s), "{worst:?}");
     }
 
     #[test]

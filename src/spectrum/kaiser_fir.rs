@@ -53,7 +53,7 @@ pub fn low_pass(pass: f64, stop: f64, attenuation_db: f64) -> Result<Vec<f64>, E
         return Err(Error::new(
             Code::OutOfRange,
             format!(
-                "the stop band begins at {stop} of the rate, where it must lie above the pass band's edge {pass} and not above 0.5"
+                "the stop band begins at {stop} of the rate; it must be above the pass-band edge {pass} and at most 0.5"
             ),
         ));
     }

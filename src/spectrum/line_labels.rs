@@ -4,7 +4,7 @@ use crate::base::error::Error;
 
 use super::validation::{check_count, check_positive};
 use crate::base::code::Code;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// A line that may be there.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +59,7 @@ pub fn label_lines(peaks: &[MeasuredLine], expected_lines: &[ExpectedLine]) -> V
             .take_while(|&i| expected_lines[i].position <= peak.position + reach)
             .filter(|&i| distance(i) <= expected_lines[i].tolerance + peak.uncertainty)
             .collect();
-        sort_rising(&mut candidates, |&a| distance(a));
+        sort_ascending(&mut candidates, |&a| distance(a));
         let nearest = candidates.first().map_or(0.0, |&i| distance(i));
         let alike = candidates
             .iter()
@@ -173,9 +173,9 @@ impl RollingBearing {
         if d >= pitch || !(self.contact_angle.abs() < std::f64::consts::FRAC_PI_2) {
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("rolling elements of {d} m on a pitch circle of {pitch} m at a contact angle of {} rad make no bearing", self.contact_angle),
+                format!("rolling elements of {d} m on a pitch circle of {pitch} m at a contact angle of {} rad do not form a bearing", self.contact_angle),
             )
-            .with_hint("the rolling elements are smaller than the pitch circle, and the angle is below a right angle"));
+            .with_hint("give rolling elements smaller than the pitch circle, and an angle below 90°"));
         }
         let gamma = d / pitch * self.contact_angle.cos();
         Ok(BearingOrders {

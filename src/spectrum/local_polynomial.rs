@@ -329,7 +329,7 @@ impl LocalPolynomialEstimator {
         if undetermined.len() == lines {
             return Err(Error::new(
                 Code::NoSignal,
-                "the inputs have no power of their own on neighbouring lines",
+                "the inputs are not independent on neighbouring lines",
             ));
         }
         let middle = |k: usize| (self.first + k * width + self.half_width) as f64 * df;

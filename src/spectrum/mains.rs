@@ -1,85 +1,85 @@
-//! Lines of the mains, 50 or 60 Hz and multiples, which electric pick-up brings into every kind of measurement.
+//! Mains lines: 50 or 60 Hz and multiples, which enter any measurement by electrical pick-up.
 
 /// Nominal frequencies, Hz.
 const NOMINAL: [f64; 2] = [50.0, 60.0];
 
 /// Largest deviation of a grid from its nominal frequency, Hz: the standard range of continental Europe is ±0.05, its limit ±0.2
 /// (Commission Regulation (EU) 2017/1485, annex III).
-const GRID: f64 = 0.2;
+const GRID_DEVIATION: f64 = 0.2;
 
-/// Multiples looked at.
-const MULTIPLES: usize = 40;
+/// Maximum multiple of the grid frequency.
+const MAX_ORDER: usize = 40;
 
-/// A grid frequency is taken from a multiple up to this one: higher ones are too near to each other in it.
-const ANCHORS: usize = 6;
+/// Maximum multiple from which a grid frequency is determined: higher multiples lie too close together.
+const MAX_ANCHOR: usize = 6;
 
-/// Lines known to less than this, Hz, do not tell the mains from what is near it.
-const KNOWN: f64 = 1.0;
+/// Uncertainty of a line, Hz, from which mains lines are not distinguished from others.
+const MAX_UNCERTAINTY: f64 = 1.0;
 
-/// Multiples that make a family without the first.
-const FAMILY: usize = 3;
+/// Minimum number of multiples in a family without the fundamental.
+const MIN_FAMILY: usize = 3;
 
-/// The name of each line, Hz, known to `uncertainty`, that belongs to a family of mains lines: one that has the first, or three multiples,
-/// of one grid frequency.
+/// Name of each line that belongs to a family of mains lines, which has the fundamental or three multiples of one grid frequency.
+/// `positions` and their `uncertainty` are in Hz.
 pub fn names(positions: &[f64], uncertainty: f64) -> Vec<Option<String>> {
-    let mut all = vec![None; positions.len()];
-    if !(uncertainty < KNOWN) {
-        return all;
+    let mut labels = vec![None; positions.len()];
+    if !(uncertainty < MAX_UNCERTAINTY) {
+        return labels;
     }
-    let families = NOMINAL.map(|nominal| (nominal, family(positions, uncertainty, nominal)));
-    let size = |found: &[Option<usize>]| found.iter().flatten().count();
-    let best = families.iter().max_by_key(|(_, found)| size(found));
-    let Some((nominal, found)) = best else {
-        return all;
+    let families = NOMINAL.map(|nominal| (nominal, find_family(positions, uncertainty, nominal)));
+    let size = |multiples: &[Option<usize>]| multiples.iter().flatten().count();
+    let largest = families.iter().max_by_key(|(_, multiples)| size(multiples));
+    let Some((nominal, multiples)) = largest else {
+        return labels;
     };
-    for (name, multiple) in all.iter_mut().zip(found) {
+    for (name, multiple) in labels.iter_mut().zip(multiples) {
         *name = multiple.map(|k| match k {
             1 => format!("mains {nominal} Hz"),
             k => format!("{k} × mains {nominal} Hz"),
         });
     }
-    all
+    labels
 }
 
-/// The multiple of the grid frequency that each line is, by the frequency most lines agree on.
-fn family(positions: &[f64], uncertainty: f64, nominal: f64) -> Vec<Option<usize>> {
+/// Multiple of the grid frequency for each line, at the grid frequency that fits most lines.
+fn find_family(positions: &[f64], uncertainty: f64, nominal: f64) -> Vec<Option<usize>> {
     let multiple = |position: f64| {
         let k = (position / nominal).round();
-        (1.0..=MULTIPLES as f64).contains(&k).then_some(k as usize)
+        (1.0..=MAX_ORDER as f64).contains(&k).then_some(k as usize)
     };
-    let mut best = vec![None; positions.len()];
+    let mut largest = vec![None; positions.len()];
     for &anchor in positions {
-        let Some(k) = multiple(anchor).filter(|&k| k <= ANCHORS) else {
+        let Some(k) = multiple(anchor).filter(|&k| k <= MAX_ANCHOR) else {
             continue;
         };
         let grid = anchor / k as f64;
-        if (grid - nominal).abs() > GRID + uncertainty / k as f64 {
+        if (grid - nominal).abs() > GRID_DEVIATION + uncertainty / k as f64 {
             continue;
         }
         let member = |&position: &f64| {
             multiple(position).filter(|&m| {
-                let reach = uncertainty * (1.0 + m as f64 / k as f64);
-                (position - m as f64 * grid).abs() <= reach.min(2.0 * KNOWN)
+                let tolerance = uncertainty * (1.0 + m as f64 / k as f64);
+                (position - m as f64 * grid).abs() <= tolerance.min(2.0 * MAX_UNCERTAINTY)
             })
         };
-        let found: Vec<Option<usize>> = positions.iter().map(member).collect();
-        let count = |found: &[Option<usize>]| found.iter().flatten().count();
-        let is_family = found.contains(&Some(1)) || count(&found) >= FAMILY;
-        if is_family && count(&found) > count(&best) {
-            best = found;
+        let multiples: Vec<Option<usize>> = positions.iter().map(member).collect();
+        let count = |multiples: &[Option<usize>]| multiples.iter().flatten().count();
+        let is_family = multiples.contains(&Some(1)) || count(&multiples) >= MIN_FAMILY;
+        if is_family && count(&multiples) > count(&largest) {
+            largest = multiples;
         }
     }
-    best
+    largest
 }
 
-/// The mains frequency and its multiple on which a frequency lies, within what the grid and `uncertainty` leave.
+/// Mains frequency, Hz, and multiple that match a frequency, within the tolerance of the grid and `uncertainty`, Hz.
 pub fn mains_multiple(frequency_hz: f64, uncertainty: f64) -> Option<(f64, usize)> {
     NOMINAL.into_iter().find_map(|nominal| {
         let k = (frequency_hz / nominal).round();
-        let off = (frequency_hz - k * nominal).abs();
-        // On time average a grid keeps its frequency far better than at its limits.
-        let reach = (0.25 * GRID * k).min(KNOWN) + uncertainty;
-        ((1.0..=MULTIPLES as f64).contains(&k) && off <= reach).then_some((nominal, k as usize))
+        let error = (frequency_hz - k * nominal).abs();
+        // The time average of a grid frequency deviates far less than the limit.
+        let limit = (0.25 * GRID_DEVIATION * k).min(MAX_UNCERTAINTY) + uncertainty;
+        ((1.0..=MAX_ORDER as f64).contains(&k) && error <= limit).then_some((nominal, k as usize))
     })
 }
 
@@ -88,11 +88,11 @@ mod tests {
     use super::*;
 
     fn named(positions: &[f64], uncertainty: f64) -> Vec<String> {
-        let all = names(positions, uncertainty).into_iter();
-        all.map(Option::unwrap_or_default).collect()
+        let labels = names(positions, uncertainty).into_iter();
+        labels.map(Option::unwrap_or_default).collect()
     }
 
-    /// Odd multiples of a grid at 49.97 Hz among other lines; one of 60 Hz; nothing where lines are far apart, or on no common grid.
+    /// Odd multiples of a grid at 49.97 Hz among other lines; a grid at 60 Hz; none if the uncertainty is large or no grid is common.
     #[test]
     fn exact_names() {
         let grid = 49.97;

@@ -6,7 +6,7 @@
 use super::spectra::Spectra;
 use super::window::leakage;
 use crate::numeric::parabola::log_vertex;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::numeric::statistics::chi_squared_quantile;
 
 /// Options of the search for spectral peaks.
@@ -116,7 +116,7 @@ pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> V
             }
         })
         .collect();
-    sort_falling(&mut peaks, |a| a.signal_to_noise);
+    sort_descending(&mut peaks, |a| a.signal_to_noise);
     peaks
 }
 

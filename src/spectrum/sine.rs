@@ -120,7 +120,7 @@ pub fn fit(samples: &[f64], rate_hz: f64, start_hz: f64) -> Result<SineFit, Erro
     }
     Err(Error::new(
         Code::NoConvergence,
-        format!("a sine near {start_hz} Hz does not fit: its frequency runs off to {frequency} Hz"),
+        format!("the fit of a sine near {start_hz} Hz diverged: its frequency is {frequency} Hz"),
     ))
 }
 

@@ -1,4 +1,4 @@
-//! Averaged auto and cross spectra, one-sided: `S_xx` in unit²/Hz, `S_xy = E[X* Y]`, with random error.
+//! One-sided averaged auto and cross spectra: `S_xx` in unit²/Hz, `S_xy = E[X* Y]`, with random error.
 //!
 //! Bendat & Piersol, Random Data, 4th ed. (2010), sections 8.5 and 9.2.
 
@@ -8,12 +8,12 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::statistics::chi_squared_quantile;
 
-/// Auto and cross spectra of some channels.
+/// Auto and cross spectra of several channels.
 #[derive(Debug, Clone, Default)]
 pub struct Spectra {
-    /// Samples a second of the signals, Hz.
+    /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Lines, Hz, from 0.
+    /// Frequencies of the spectral lines, Hz, from 0.
     pub frequency_hz: Vec<f64>,
     /// One-sided power spectral density of every channel, unit²/Hz.
     pub psd: Vec<Vec<f64>>,
@@ -23,27 +23,27 @@ pub struct Spectra {
     pub bandwidth_hz: f64,
     /// Number of blocks (or tapers) averaged.
     pub blocks: usize,
-    /// Number of independent blocks with the same random error; `None` where a maximum was kept instead of a mean.
+    /// Equivalent number of independent blocks; `None` for a maximum (peak hold) instead of a mean.
     pub averages: Option<f64>,
-    /// Rate σ of an exponential window `exp(−σt)` on the blocks, 1/s; 0 without one.
+    /// Decay rate σ of an exponential window `exp(−σt)` on the blocks, 1/s; 0 without such a window.
     pub window_decay: f64,
-    /// The window on the blocks, where there was one: it says what a tone between two lines looks like.
+    /// Window on the blocks, if any: determines the leakage of a tone between two lines.
     pub window: Option<Window>,
 }
 
 /// A one-sided cross spectral density.
 #[derive(Debug, Clone)]
 pub struct CrossSpectrum {
-    /// Channels x and y.
+    /// Indices of the channels x and y.
     pub pair: (usize, usize),
     /// `E[X* Y]`: unit of x times unit of y over Hz.
     pub values: Vec<Complex>,
 }
 
-/// The mean of a channel.
+/// Mean of a channel.
 ///
 /// # Errors
-/// `Overflow` where a sample is not finite, or their sum.
+/// `Overflow` if a sample or the sum is not finite.
 pub(super) fn mean(channel: &[f64]) -> Result<f64, Error> {
     let mean = channel.iter().sum::<f64>() / channel.len() as f64;
     if !mean.is_finite() {
@@ -56,7 +56,7 @@ pub(super) fn mean(channel: &[f64]) -> Result<f64, Error> {
 }
 
 impl Spectra {
-    /// The cross spectrum from channel `x` to channel `y`, whichever way round it is held; `None` where it was not requested.
+    /// Cross spectrum from channel `x` to channel `y`, stored in either order; `None` if it was not requested.
     pub fn cross(&self, x: usize, y: usize) -> Option<Vec<Complex>> {
         if x == y {
             let real = |&s: &f64| Complex::new(s, 0.0);
@@ -73,7 +73,7 @@ impl Spectra {
         })
     }
 
-    /// Ordinary coherence `|S_xy|²/(S_xx S_yy)`; 0 where either channel has no power. `None` where the pair was not asked for.
+    /// Ordinary coherence `|S_xy|²/(S_xx S_yy)`; 0 if a channel has no power; `None` if the pair was not requested.
     pub fn coherence(&self, x: usize, y: usize) -> Option<Vec<f64>> {
         let cross = self.cross(x, y)?;
         let lines = cross.iter().zip(&self.psd[x]).zip(&self.psd[y]);
@@ -96,25 +96,25 @@ impl Spectra {
     /// χ² degrees of freedom of a density: two for each independent average, one at 0 Hz and at half the rate, where transforms
     /// are real.
     pub fn dof(&self, line: usize) -> Option<f64> {
-        let each = if self.is_real_line(line) { 1.0 } else { 2.0 };
-        self.averages.map(|n| each * n)
+        let per_average = if self.is_real_line(line) { 1.0 } else { 2.0 };
+        self.averages.map(|n| per_average * n)
     }
 
-    /// Between which multiples of a density the true one of a random signal lies with probability `confidence`: `ν/χ²_{½±½p}(ν)`.
+    /// Confidence limits of the true density of a random signal as factors on the estimate: `ν/χ²_{½±½p}(ν)`, p = `confidence`.
     pub fn confidence_factors(&self, line: usize, confidence: f64) -> Option<(f64, f64)> {
-        let dofs = self.dof(line)?;
-        let bound = |p: f64| dofs / chi_squared_quantile(p, dofs);
+        let nu = self.dof(line)?;
+        let bound = |p: f64| nu / chi_squared_quantile(p, nu);
         Some((bound(0.5 + 0.5 * confidence), bound(0.5 - 0.5 * confidence)))
     }
 
-    /// Whether the transform is real at a line: 0 Hz, and half the rate where a line falls on it.
+    /// Whether the transform is real at a line: at 0 Hz, and at half the rate if a line coincides with it.
     pub fn is_real_line(&self, line: usize) -> bool {
         let f = self.frequency_hz[line];
         f == 0.0 || f == 0.5 * self.rate_hz
     }
 }
 
-/// `|S_xy|²/(S_xx S_yy)` without leaving the number range, and not above 1 by rounding.
+/// Coherence `|S_xy|²/(S_xx S_yy)` without overflow, limited to 1 against rounding.
 pub(super) fn coherence(sxx: f64, sxy: Complex, syy: f64) -> f64 {
     if sxx > 0.0 && syy > 0.0 {
         (sxy.norm() / sxx.sqrt() / syy.sqrt()).powi(2).min(1.0)

@@ -1,6 +1,6 @@
-//! Short-time Fourier transform and spectrogram, block by block in the memory of one block.
+//! Short-time Fourier transform and spectrogram of streamed samples, in the memory of one block.
 //!
-//! One-sided power spectral density `2 |X|²/(f_s Σw²)` (once at zero and at half the rate), P. D. Welch, IEEE Trans. Audio
+//! One-sided power spectral density `2 |X|²/(f_s Σw²)` (factor 1 at zero and at half the rate), P. D. Welch, IEEE Trans. Audio
 //! Electroacoust. 15 (1967), 70–73, with Hann's window.
 
 use super::validation::{check_count, check_positive, mean};
@@ -10,14 +10,14 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
-/// A short-time Fourier transform under way: Hann's window, one block after another.
+/// Streaming short-time Fourier transform with Hann's window.
 pub struct ShortTimeFft {
     fft: RealFft,
     weights: Vec<f64>,
     step: usize,
     remove_mean: bool,
     pending: Vec<f64>,
-    /// Samples to pass over before the next block begins.
+    /// Number of samples to skip before the next block.
     skip: usize,
     start: usize,
     block: Vec<f64>,
@@ -25,10 +25,10 @@ pub struct ShortTimeFft {
 }
 
 impl ShortTimeFft {
-    /// Blocks of `block ≥ 2` samples, each `step ≥ 1` samples after the last.
+    /// Transform of blocks of `block ≥ 2` samples, with starts `step ≥ 1` samples apart.
     ///
     /// # Errors
-    /// A block or a step too small.
+    /// A block or a step that is too small.
     pub fn new(block: usize, step: usize) -> Result<ShortTimeFft, Error> {
         check_count(block, 2, "the number of samples in a block")?;
         check_count(step, 1, "the number of samples between blocks")?;
@@ -46,17 +46,17 @@ impl ShortTimeFft {
         })
     }
 
-    /// Takes the next samples; every block they complete goes to `sink` as its first sample's number and its `block/2 + 1` lines,
-    /// `X/Σw`: a tone `a cos(2πf_k t + φ)` inside the band shows as `a/2 e^{iφ}`, with the phase at the block's first sample.
+    /// Adds samples; passes to `sink` the index of the first sample and the `block/2 + 1` lines `X/Σw` of every completed block. A
+    /// tone `a cos(2πf_k t + φ)` inside the band gives `a/2 e^{iφ}`, with the phase at the first sample of the block.
     pub fn push(&mut self, mut samples: &[f64], sink: &mut impl FnMut(usize, &[Complex])) {
         let n = self.weights.len();
         while !samples.is_empty() {
-            let passed = self.skip.min(samples.len());
-            self.skip -= passed;
-            samples = &samples[passed..];
-            let taken = (n - self.pending.len()).min(samples.len());
-            self.pending.extend_from_slice(&samples[..taken]);
-            samples = &samples[taken..];
+            let n_skipped = self.skip.min(samples.len());
+            self.skip -= n_skipped;
+            samples = &samples[n_skipped..];
+            let n_added = (n - self.pending.len()).min(samples.len());
+            self.pending.extend_from_slice(&samples[..n_added]);
+            samples = &samples[n_added..];
             if self.pending.len() == n {
                 self.transform();
                 sink(self.start, &self.lines);
@@ -91,15 +91,15 @@ impl ShortTimeFft {
 /// Block lengths of a spectrogram.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectrogramOptions {
-    /// Samples in a block: lines are `rate/block` apart.
+    /// Block length, samples: the line spacing is `rate/block`.
     pub block: usize,
-    /// Samples from one block to the next; half a block uses all that Hann's window lets through.
+    /// Samples from one block to the next; with Hann's window, half a block (50 % overlap) uses nearly all information.
     pub step: usize,
-    /// Blocks averaged into one row.
+    /// Number of blocks averaged into one row.
     pub averages: usize,
 }
 
-/// A spectrogram under way: the mean taken off each block, power spectral densities averaged over a few blocks a row.
+/// Streaming spectrogram: mean of each block removed, power spectral densities averaged over the blocks of a row.
 pub struct Spectrogram {
     transform: ShortTimeFft,
     rate_hz: f64,
@@ -108,10 +108,10 @@ pub struct Spectrogram {
     blocks: usize,
 }
 
-/// Spectral density of one interval of time.
+/// Spectral density of one time interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrogramRow {
-    /// Middle of the row's samples, s from the first sample's time.
+    /// Middle of the interval, s from the first sample.
     pub time_s: f64,
     /// One-sided power spectral density by line, unit²/Hz.
     pub density: Vec<f64>,
@@ -140,7 +140,7 @@ impl Spectrogram {
         (0..self.sum.len()).map(|k| k as f64 * step).collect()
     }
 
-    /// Takes the next samples and hands every row they complete to `sink`.
+    /// Adds samples and passes every completed row to `sink`.
     pub fn push(&mut self, samples: &[f64], mut sink: impl FnMut(SpectrogramRow)) {
         let SpectrogramOptions {
             block,
@@ -178,10 +178,10 @@ impl Spectrogram {
     }
 }
 
-/// Every row of a slice.
+/// Spectrogram of a slice of samples.
 ///
 /// # Errors
-/// As [`Spectrogram::new`]; a slice shorter than the first row.
+/// Those of [`Spectrogram::new`]; a slice shorter than the first row.
 pub fn spectrogram(
     samples: &[f64],
     rate_hz: f64,
@@ -193,13 +193,13 @@ pub fn spectrogram(
         return Err(Error::new(
             Code::TooShort,
             format!(
-                "{} samples, where one row takes {} blocks of {}",
+                "{} samples are too few for one row of {} blocks of {}",
                 samples.len(),
                 settings.averages,
                 settings.block
             ),
         )
-        .with_hint("shorter blocks, or fewer of them in a row"));
+        .with_hint("use shorter blocks, or fewer per row"));
     }
     Ok(rows)
 }
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A tone on a line: amplitude and phase at each block's start, and its power a²/2 in the density.
+    /// A tone on a line has its amplitude, its phase at the start of each block, and power a²/2 in the density.
     #[test]
     fn exact_tone() {
         let (rate, n, f, a, phase) = (1024.0, 128, 64.0, 3.0, 0.7);
@@ -239,7 +239,7 @@ mod tests {
         }
     }
 
-    /// Rows do not depend on how the samples come.
+    /// Rows do not depend on the division of the samples into chunks.
     #[test]
     fn law_blocks_join_exactly() {
         let mut rng = fastrand::Rng::with_seed(9);
@@ -250,12 +250,12 @@ mod tests {
                 step,
                 averages: 2,
             };
-            let whole = spectrogram(&x, 10.0, settings).unwrap();
-            let mut parts = Vec::new();
-            let mut under_way = Spectrogram::new(10.0, settings).unwrap();
+            let expected = spectrogram(&x, 10.0, settings).unwrap();
+            let mut rows = Vec::new();
+            let mut stream = Spectrogram::new(10.0, settings).unwrap();
             x.chunks(29)
-                .for_each(|chunk| under_way.push(chunk, |row| parts.push(row)));
-            assert_eq!(whole, parts);
+                .for_each(|chunk| stream.push(chunk, |row| rows.push(row)));
+            assert_eq!(expected, rows);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, next_fast_len};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
 /// Minimum number of periods of a dwell.
@@ -26,7 +26,7 @@ const MIN_PERIODS: usize = 8;
 pub fn dwell_of_range(input: &[f64], rate_hz: f64, range: Range<usize>) -> Result<Dwell, Error> {
     let Some(samples) = input.get(range.clone()).filter(|s| s.len() >= 8) else {
         let message = format!(
-            "a dwell of {} samples from {} on is none of {} samples",
+            "a dwell of {} samples from {} on does not fit {} samples, or is too short (minimum 8)",
             range.len(),
             range.start,
             input.len()
@@ -255,7 +255,7 @@ pub fn estimate_from_dwells(
         .with_hint("estimate with averaged blocks instead"));
     }
     let mut order: Vec<&Dwell> = dwells.iter().collect();
-    sort_rising(&mut order, |a| a.frequency_hz);
+    sort_ascending(&mut order, |a| a.frequency_hz);
     let mut estimate = FrequencyResponses {
         frequency_hz: Vec::with_capacity(dwells.len()),
         responses: outputs

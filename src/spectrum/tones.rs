@@ -9,7 +9,7 @@ use super::sine::{self, SineFit};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, prev_fast_len};
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 
 /// Sine of constant amplitude and frequency in all channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>
         }
     }
     let mut tones = search.tones;
-    sort_rising(&mut tones, |a| a.frequency_hz());
+    sort_ascending(&mut tones, |a| a.frequency_hz());
     Ok(tones.iter().map(ToneFit::tone).collect())
 }
 
@@ -288,7 +288,7 @@ fn peaks(tests: &[Vec<f64>], n_tests: f64, tapers: usize) -> Vec<(usize, usize)>
         })
         .map(|m| (m, maxima[m].1))
         .collect();
-    sort_falling(&mut peaks, |a| maxima[a.0].0);
+    sort_descending(&mut peaks, |a| maxima[a.0].0);
     peaks
 }
 

@@ -8,10 +8,7 @@ pub fn check_samples(samples: &[f64], least: usize) -> Result<(), Error> {
     if samples.len() < least {
         return Err(Error::new(
             Code::TooShort,
-            format!(
-                "{} samples, where at least {least} are needed",
-                samples.len()
-            ),
+            format!("{} samples are too few (minimum {least})", samples.len()),
         )
         .with_hint("take a longer segment of the record"));
     }
@@ -19,7 +16,7 @@ pub fn check_samples(samples: &[f64], least: usize) -> Result<(), Error> {
         None => Ok(()),
         Some(at) => Err(
             Error::new(Code::NotANumber, format!("sample {at} is {}", samples[at]))
-                .with_hint("analyse each segment between gaps alone, or fill the gaps"),
+                .with_hint("analyse each segment between gaps separately, or fill the gaps"),
         ),
     }
 }
@@ -31,7 +28,7 @@ pub fn check_positive(value: f64, what: &str) -> Result<(), Error> {
     }
     Err(Error::new(
         Code::OutOfRange,
-        format!("{what} is {value}, where a positive number is needed"),
+        format!("{what} is {value}; it must be positive"),
     ))
 }
 
@@ -42,7 +39,7 @@ pub fn check_count(count: usize, least: usize, what: &str) -> Result<(), Error> 
     }
     Err(Error::new(
         Code::OutOfRange,
-        format!("{what} is {count}, where at least {least} is needed"),
+        format!("{what} is {count} (minimum {least})"),
     ))
 }
 

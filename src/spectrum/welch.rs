@@ -3,10 +3,10 @@
 //! Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967),
 //! pp. 70–73. The random error counts the correlation of overlapping blocks exactly: an average `Σ a_i P_i` over blocks of white
 //! noise has the relative variance `Σ_i Σ_j a_i a_j ρ(i − j)`, ρ by the window's overlap, 0 across gaps; its inverse is the number of
-//! independent averages. That sum is carried along block by block.
+//! independent averages. The sum is updated block by block.
 //!
-//! Each channel has a transform of its own: two real channels packed into one complex transform are no quicker once they are
-//! separated, and the rounding of a large channel would fall on a small one.
+//! Each channel is transformed separately: packing two real channels into one complex transform is no faster once they are
+//! separated, and adds the rounding of a large channel to a small one.
 
 use std::collections::VecDeque;
 
@@ -20,44 +20,44 @@ use crate::numeric::{Complex, parallel, vector_ops};
 /// Trend removed from each block before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detrend {
-    /// Nothing.
+    /// No trend.
     None,
     /// Mean of the block.
     #[default]
     Mean,
-    /// Straight line of least squares.
+    /// Least-squares straight line.
     Linear,
 }
 
 /// Averaging of blocks into one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Averaging {
-    /// Every block counts alike.
+    /// Equal weight of all blocks.
     #[default]
     Linear,
-    /// A block's weight falls to 1/e after this many later blocks; at least 1.
+    /// Exponential weights that fall to 1/e over this many blocks; at least 1.
     Exponential(f64),
-    /// The largest density each line had; auto spectra only.
+    /// Maximum of each line; auto spectra only.
     PeakHold,
 }
 
 /// Options for cutting, windowing and averaging blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WelchOptions {
-    /// Samples in a block: lines are `rate/block` apart.
+    /// Block length, samples; the line spacing is `rate/block`.
     pub block: usize,
-    /// Share of a block that the next one has in common with it, 0 to below 1.
+    /// Overlap of consecutive blocks relative to their length, 0 to below 1.
     pub overlap: f64,
-    /// On each block.
+    /// Window applied to each block.
     pub window: Window,
-    /// Off each block.
+    /// Trend removed from each block.
     pub detrend: Detrend,
-    /// Over the blocks.
+    /// Averaging over the blocks.
     pub averaging: Averaging,
 }
 
 impl Default for WelchOptions {
-    /// 4096 samples, Hann, half overlap, means taken off, every block alike.
+    /// 4096 samples, Hann window, 50 % overlap, mean removed, linear averaging.
     fn default() -> WelchOptions {
         WelchOptions {
             block: 4096,
@@ -77,16 +77,16 @@ pub struct WelchEstimator {
     window: Vec<f64>,
     channels: Vec<ChannelAverage>,
     cross: Vec<CrossSpectrum>,
-    error: AverageWeights,
+    weights: AverageWeights,
 }
 
-/// Chunks below this are not worth several threads.
+/// Minimum chunk length for which several threads are faster, samples.
 const MIN_PARALLEL_SAMPLES: usize = 1 << 14;
 
 /// Auto spectrum of one channel.
 struct ChannelAverage {
     fft: RealFft,
-    /// Samples that no block has finished with.
+    /// Samples still needed by later blocks.
     pending: Vec<f64>,
     work: Vec<f64>,
     /// Transform of the last block.
@@ -95,11 +95,11 @@ struct ChannelAverage {
 }
 
 impl WelchEstimator {
-    /// An empty average over `channels` channels; auto spectra of all of them, cross spectra of `pairs`.
+    /// Creates an empty average of the auto spectra of `channels` channels and the cross spectra of `pairs`; `rate_hz` is in Hz.
     ///
     /// # Errors
-    /// `OutOfRange`: a block below 4 samples, an overlap outside 0 … 1, a rate that is no rate, an averaging constant below 1, a
-    /// window's number. `Conflict`: cross spectra with peak hold.
+    /// `OutOfRange`: a block below 4 samples, an overlap outside 0 … 1, a rate that is not positive, an averaging constant below 1, an
+    /// invalid window parameter. `Conflict`: cross spectra with peak hold.
     pub fn new(
         rate_hz: f64,
         channels: usize,
@@ -127,7 +127,7 @@ impl WelchEstimator {
         Ok(WelchEstimator {
             rate_hz,
             hop,
-            error: AverageWeights::new(&window, hop, options.averaging),
+            weights: AverageWeights::new(&window, hop, options.averaging),
             window,
             channels: (0..channels).map(|_| average()).collect(),
             cross: pairs.iter().map(empty).collect(),
@@ -135,27 +135,27 @@ impl WelchEstimator {
         })
     }
 
-    /// Takes the next samples of every channel, as many as there are.
+    /// Takes the next samples of every channel, any number of them.
     ///
     /// # Panics
-    /// Another number of channels than announced, or channels of unequal length: mistakes of the caller.
+    /// If the number of channels is not that of the constructor, or channels differ in length.
     pub fn push(&mut self, channels: &[&[f64]]) {
         assert_eq!(channels.len(), self.channels.len());
         let samples = channels.first().map_or(0, |c| c.len());
         assert!(channels.iter().all(|c| c.len() == samples));
         let mut from = 0;
         while from < samples {
-            let held = self.channels[0].pending.len();
+            let pending = self.channels[0].pending.len();
             // Cross spectra need the transforms of all channels at each block.
             let take = match self.cross.is_empty() {
                 true => samples - from,
-                false => (self.options.block - held).min(samples - from),
+                false => (self.options.block - pending).min(samples - from),
             };
-            let blocks = match (held + take).checked_sub(self.options.block) {
+            let blocks = match (pending + take).checked_sub(self.options.block) {
                 None => 0,
-                Some(more) => 1 + more / self.hop,
+                Some(excess) => 1 + excess / self.hop,
             };
-            let weights: Vec<f64> = (0..blocks).map(|_| self.error.block()).collect();
+            let weights: Vec<f64> = (0..blocks).map(|_| self.weights.block()).collect();
             let chunks = channels.iter().map(|channel| &channel[from..from + take]);
             let mut work: Vec<_> = self.channels.iter_mut().zip(chunks).collect();
             let (options, hop, window) = (&self.options, self.hop, &self.window[..]);
@@ -173,7 +173,7 @@ impl WelchEstimator {
         }
     }
 
-    /// Takes the last block into the cross spectra.
+    /// Adds the last block to the cross spectra with a weight.
     fn average_cross(&mut self, weight: f64) {
         for CrossSpectrum {
             pair,
@@ -187,24 +187,24 @@ impl WelchEstimator {
         }
     }
 
-    /// A gap: samples that no block has finished with are dropped, and no block spans it.
+    /// Ends a segment at a gap: pending samples are dropped, and no block spans the gap.
     pub fn end_segment(&mut self) {
         self.channels.iter_mut().for_each(|c| c.pending.clear());
-        self.error.end_segment();
+        self.weights.end_segment();
     }
 
-    /// Blocks averaged so far.
+    /// Number of blocks averaged so far.
     pub fn blocks(&self) -> usize {
-        self.error.blocks
+        self.weights.blocks
     }
 
-    /// The averages.
+    /// Scales the averages to spectral densities.
     ///
     /// # Errors
-    /// `TooShort` where no block was ever full; `Overflow` where a sample was not a number or too large to be squared.
+    /// `TooShort` if no block was filled; `Overflow` if a sample was not a number or too large to be squared.
     pub fn finish(mut self) -> Result<Spectra, Error> {
         let n = self.options.block;
-        if self.error.blocks == 0 {
+        if self.weights.blocks == 0 {
             return Err(Error::new(
                 Code::TooShort,
                 format!("no segment of the record fills one block of {n} samples"),
@@ -212,18 +212,18 @@ impl WelchEstimator {
             .with_hint("choose a shorter block"));
         }
         let gain = window_gains(&self.window);
-        let scale = 2.0 / (self.rate_hz * gain.energy * n as f64);
+        let full = 2.0 / (self.rate_hz * gain.energy * n as f64);
         let is_edge = |line: usize| line == 0 || 2 * line == n;
-        let at = |line: usize| if is_edge(line) { 0.5 * scale } else { scale };
+        let scale = |line: usize| if is_edge(line) { 0.5 * full } else { full };
         let mut psd: Vec<Vec<f64>> = self.channels.into_iter().map(|c| c.psd).collect();
         for psd in &mut psd {
-            psd.iter_mut().enumerate().for_each(|(k, s)| *s *= at(k));
+            psd.iter_mut().enumerate().for_each(|(k, s)| *s *= scale(k));
         }
         for cross in &mut self.cross {
             let lines = cross.values.iter_mut().enumerate();
-            lines.for_each(|(k, s)| *s *= at(k));
+            lines.for_each(|(k, s)| *s *= scale(k));
         }
-        if let Some(bad) = psd
+        if let Some(channel) = psd
             .iter()
             .position(|psd| psd.iter().any(|s| !s.is_finite()))
         {
@@ -231,7 +231,7 @@ impl WelchEstimator {
                 Code::Overflow,
                 format!(
                     "channel {} of {} holds a sample that is not a number, or too large to be squared",
-                    bad + 1,
+                    channel + 1,
                     psd.len()
                 ),
             ));
@@ -250,10 +250,10 @@ impl WelchEstimator {
             psd,
             cross: self.cross,
             bandwidth_hz: gain.bandwidth_lines * df,
-            blocks: self.error.blocks,
+            blocks: self.weights.blocks,
             averages: match self.options.averaging {
                 Averaging::PeakHold => None,
-                _ => Some(self.error.averages()),
+                _ => Some(self.weights.averages()),
             },
             window_decay: self.options.window.decay_rate(n as f64 / self.rate_hz),
             window: Some(self.options.window),
@@ -262,7 +262,7 @@ impl WelchEstimator {
 }
 
 impl ChannelAverage {
-    /// Takes samples, and each block that they fill by its weight.
+    /// Takes samples and averages each completed block with its weight.
     fn push(
         &mut self,
         samples: &[f64],
@@ -270,25 +270,25 @@ impl ChannelAverage {
         options: &WelchOptions,
         (hop, window): (usize, &[f64]),
     ) {
-        let (mut rest, mut weights) = (samples, weights.iter());
-        while !rest.is_empty() {
-            let take = (options.block - self.pending.len()).min(rest.len());
-            self.pending.extend_from_slice(&rest[..take]);
-            rest = &rest[take..];
+        let (mut remaining, mut weights) = (samples, weights.iter());
+        while !remaining.is_empty() {
+            let take = (options.block - self.pending.len()).min(remaining.len());
+            self.pending.extend_from_slice(&remaining[..take]);
+            remaining = &remaining[take..];
             if self.pending.len() < options.block {
                 return;
             }
             load_block(&mut self.work, &self.pending, window, options.detrend);
             self.fft.forward(&mut self.work, &mut self.transform);
-            let kept = self.pending.len() - hop;
+            let overlap = self.pending.len() - hop;
             self.pending.copy_within(hop.., 0);
-            self.pending.truncate(kept);
+            self.pending.truncate(overlap);
             let weight = weights.next().copied().unwrap_or_default();
             self.average(weight, options.averaging);
         }
     }
 
-    /// Takes the last transform into the auto spectrum.
+    /// Adds the last transform to the auto spectrum with a weight.
     fn average(&mut self, weight: f64, averaging: Averaging) {
         let lines = self.psd.iter_mut().zip(&self.transform);
         if averaging == Averaging::PeakHold {
@@ -307,7 +307,7 @@ impl ChannelAverage {
 fn check(rate_hz: f64, pairs: &[(usize, usize)], options: &WelchOptions) -> Result<(), Error> {
     let refuse = |message: String| Err(Error::new(Code::OutOfRange, message));
     if !(rate_hz > 0.0 && rate_hz.is_finite()) {
-        return refuse(format!("{rate_hz} Hz is not a sample rate"));
+        return refuse(format!("invalid sample rate {rate_hz} Hz"));
     }
     if options.block < 4 {
         return refuse(format!(
@@ -317,20 +317,20 @@ fn check(rate_hz: f64, pairs: &[(usize, usize)], options: &WelchOptions) -> Resu
     }
     if !(0.0..1.0).contains(&options.overlap) {
         return refuse(format!(
-            "an overlap of {} blocks cannot be; 0 to below 1",
+            "an overlap of {} blocks is out of range (0 to below 1)",
             options.overlap
         ));
     }
     match options.averaging {
         Averaging::Exponential(constant) if constant.is_nan() || constant < 1.0 => {
             return refuse(format!(
-                "exponential averaging over {constant} blocks cannot be; 1 or more"
+                "exponential averaging over {constant} blocks is out of range (minimum 1)"
             ));
         }
         Averaging::PeakHold if !pairs.is_empty() => {
             return Err(Error::new(
                 Code::Conflict,
-                "the largest of cross spectra means nothing: peak hold takes auto spectra only",
+                "peak hold applies to auto spectra only, not to cross spectra",
             ));
         }
         _ => {}
@@ -338,7 +338,7 @@ fn check(rate_hz: f64, pairs: &[(usize, usize)], options: &WelchOptions) -> Resu
     options.window.check()
 }
 
-/// `work` becomes the block, trend off, window on.
+/// Writes the block to `work`, detrended and windowed.
 fn load_block(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
     let n = block.len() as f64;
     let middle = 0.5 * (n - 1.0);
@@ -348,8 +348,8 @@ fn load_block(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend)
     };
     let slope = match detrend {
         Detrend::Linear => {
-            let lean = |(j, x): (usize, &f64)| (j as f64 - middle) * (x - mean);
-            block.iter().enumerate().map(lean).sum::<f64>() * 12.0 / (n * (n * n - 1.0))
+            let moment = |(j, x): (usize, &f64)| (j as f64 - middle) * (x - mean);
+            block.iter().enumerate().map(moment).sum::<f64>() * 12.0 / (n * (n * n - 1.0))
         }
         _ => 0.0,
     };
@@ -363,15 +363,15 @@ fn load_block(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend)
     }
 }
 
-/// The weights of blocks, and the variance of their weighted mean.
+/// Weights of blocks, and variance of their weighted mean.
 struct AverageWeights {
     averaging: Averaging,
     blocks: usize,
-    /// `ρ(1), ρ(2), …` of blocks that overlap.
+    /// Correlations `ρ(1), ρ(2), …` of overlapping blocks.
     correlation: Vec<f64>,
-    /// Weights of the latest blocks of this segment, the latest first; as many as overlap with the next.
+    /// Weights of the blocks of this segment that overlap with the next one, the latest first.
     recent: VecDeque<f64>,
-    /// `Σ_i Σ_j a_i a_j ρ(i − j)`.
+    /// Variance `Σ_i Σ_j a_i a_j ρ(i − j)`.
     variance: f64,
 }
 
@@ -388,22 +388,22 @@ impl AverageWeights {
         }
     }
 
-    /// The weight of the next block against everything before it.
+    /// Weight of the next block in the average.
     fn block(&mut self) -> f64 {
         self.blocks += 1;
-        let alike = 1.0 / self.blocks as f64;
+        let equal = 1.0 / self.blocks as f64;
         let a = match self.averaging {
-            Averaging::Exponential(constant) => alike.max(-(-1.0 / constant).exp_m1()),
-            _ => alike,
+            Averaging::Exponential(constant) => equal.max(-(-1.0 / constant).exp_m1()),
+            _ => equal,
         };
         let pairs = self.recent.iter_mut().zip(&self.correlation);
-        let shared: f64 = pairs
+        let covariance: f64 = pairs
             .map(|(weight, rho)| {
                 *weight *= 1.0 - a;
                 *weight * rho
             })
             .sum();
-        self.variance = (1.0 - a).powi(2) * self.variance + a * a + 2.0 * a * shared;
+        self.variance = (1.0 - a).powi(2) * self.variance + a * a + 2.0 * a * covariance;
         self.recent.push_front(a);
         self.recent.truncate(self.correlation.len());
         a

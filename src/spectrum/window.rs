@@ -11,28 +11,28 @@ use crate::numeric::Complex;
 /// Window applied to a block before it is transformed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Window {
-    /// One throughout: for signals that begin and end inside the block, or are periodic in it.
+    /// Unit weight: for transients inside the block, and signals periodic in it.
     Rectangular,
-    /// `½ − ½ cos z`, `z = 2πj/n`: the usual one for random signals.
+    /// `½ − ½ cos z`, `z = 2πj/n`: standard for random signals.
     Hann,
     /// `0.54 − 0.46 cos z`.
     Hamming,
-    /// Five cosines whose top is flat within 0.01 dB over a line: for reading amplitudes of tones.
+    /// Five cosine terms, flat within 0.01 dB over one line spacing: for amplitudes of tones.
     FlatTop,
-    /// Four cosines, side lobes below −92 dB: for weak tones next to strong ones.
+    /// Four cosine terms, side lobes below −92 dB: for weak tones next to strong ones.
     BlackmanHarris,
     /// `I₀(β √(1 − x²))/I₀(β)`, `x = 2j/n − 1`: side lobes fall as β rises.
     Kaiser(f64),
-    /// One over this share of the block, then zero: for the force of a hit at its beginning.
+    /// Unit weight over this share of the block, then zero: for the force pulse of a hit at its beginning.
     Force(f64),
-    /// `exp(−σt)` that falls to this value at the end of the block: for responses that have not decayed there.
+    /// Exponential `exp(−σt)` with this value at the end of the block: for responses that have not decayed there.
     Exponential(f64),
 }
 
-/// Hamming's two terms as he rounded them, `a₀ − a₁ cos z`.
+/// Terms of the Hamming window as its author rounded them, `a₀ − a₁ cos z`.
 const HAMMING: [f64; 2] = [0.54, 0.46];
 
-/// D'Antona & Ferrero, Digital Signal Processing for Measurement Systems (2006); ISO 18431-2 has them rounded, over `a₀`.
+/// D'Antona & Ferrero, Digital Signal Processing for Measurement Systems (2006); ISO 18431-2 states them rounded and divided by `a₀`.
 const FLAT_TOP: [f64; 5] = [
     0.21557895,
     0.41663158,
@@ -41,38 +41,38 @@ const FLAT_TOP: [f64; 5] = [
     0.006947368,
 ];
 
-/// Harris (1978), table I, the four-term window of least side lobes.
+/// Harris (1978), table I, the four-term window of minimum side lobes.
 const BLACKMAN_HARRIS: [f64; 4] = [0.35875, 0.48829, 0.14128, 0.01168];
 
-/// Beyond it a Kaiser window is a spike, and `I₀(β)` nears the end of the number range.
+/// Maximum β of a Kaiser window; beyond it the window is a spike, and `I₀(β)` approaches overflow.
 const MAX_BETA: f64 = 500.0;
 
 impl Window {
-    /// The window a word names: `rectangular`, `hann`, `hamming`, `flat-top`, `blackman-harris`, `kaiser:8.6` (β), `force:0.1`
+    /// Parses a window name: `rectangular`, `hann`, `hamming`, `flat-top`, `blackman-harris`, `kaiser:8.6` (β), `force:0.1`
     /// (share of the block), `exponential:0.01` (value at the end of the block).
     ///
     /// # Errors
-    /// `Usage` for another word; `OutOfRange` for a number the window cannot take.
+    /// `Usage` for an unknown name; `OutOfRange` for an invalid parameter.
     pub fn parse(word: &str) -> Result<Window, Error> {
         let (name, number) = match word.split_once(':') {
             Some((name, text)) => (name, Some(text)),
             None => (word, None),
         };
-        let stated = |what: &str| {
+        let parameter = |quantity: &str| {
             number
                 .and_then(|text| text.parse::<f64>().ok())
                 .ok_or_else(|| {
                     Error::new(
                         Code::Usage,
-                        format!("window `{word}` lacks its {what}, a number after a colon"),
+                        format!("window `{word}` lacks its {quantity}, a number after a colon"),
                     )
                     .with_hint(format!("for example `{name}:{}`", example(name)))
                 })
         };
         let window = match name {
-            "kaiser" => Window::Kaiser(stated("β")?),
-            "force" => Window::Force(stated("share of the block")?),
-            "exponential" => Window::Exponential(stated("value at the end of the block")?),
+            "kaiser" => Window::Kaiser(parameter("β")?),
+            "force" => Window::Force(parameter("share of the block")?),
+            "exponential" => Window::Exponential(parameter("value at the end of the block")?),
             _ => {
                 let plain = [
                     Window::Rectangular,
@@ -81,8 +81,8 @@ impl Window {
                     Window::FlatTop,
                     Window::BlackmanHarris,
                 ];
-                let found = plain.into_iter().find(|w| w.name() == name);
-                found.filter(|_| number.is_none()).ok_or_else(|| {
+                let candidate = plain.into_iter().find(|w| w.name() == name);
+                candidate.filter(|_| number.is_none()).ok_or_else(|| {
                     Error::new(Code::Usage, format!("`{word}` is not a window")).with_hint(
                         "rectangular, hann, hamming, flat-top, blackman-harris, kaiser:β, force:share or exponential:end",
                     )
@@ -93,7 +93,7 @@ impl Window {
         Ok(window)
     }
 
-    /// The word that [`Window::parse`] takes.
+    /// Name as accepted by [`Window::parse`].
     pub fn name(self) -> String {
         match self {
             Window::Rectangular => "rectangular".into(),
@@ -107,74 +107,62 @@ impl Window {
         }
     }
 
-    /// Refuses a number the window cannot take.
+    /// Checks the parameter of the window.
     ///
     /// # Errors
-    /// `OutOfRange`.
+    /// `OutOfRange` for an invalid parameter.
     pub fn check(self) -> Result<(), Error> {
-        let (is_sound, range) = match self {
-            Window::Kaiser(beta) => ((0.0..=MAX_BETA).contains(&beta), "β is 0 to 500"),
+        let (is_valid, range) = match self {
+            Window::Kaiser(beta) => ((0.0..=MAX_BETA).contains(&beta), "choose β from 0 to 500"),
             Window::Force(share) => (
                 share > 0.0 && share <= 1.0,
-                "the share is above 0 and at most 1",
+                "choose a share above 0 and at most 1",
             ),
             Window::Exponential(end) => (
                 end > 0.0 && end <= 1.0,
-                "the value at the end is above 0 and at most 1",
+                "choose an end value above 0 and at most 1",
             ),
             _ => (true, ""),
         };
-        if is_sound {
+        if is_valid {
             return Ok(());
         }
         Err(Error::new(
             Code::OutOfRange,
-            format!("window `{}` cannot be", self.name()),
+            format!("invalid parameter of window `{}`", self.name()),
         )
         .with_hint(range))
     }
 
-    /// The `n` samples of the window.
+    /// Samples of the window, `n` of them.
     pub fn samples(self, n: usize) -> Vec<f64> {
-        let at = |f: &dyn Fn(f64) -> f64| (0..n).map(|j| f(j as f64 / n as f64)).collect();
+        let sample = |f: &dyn Fn(f64) -> f64| (0..n).map(|j| f(j as f64 / n as f64)).collect();
         match self {
             Window::Rectangular => vec![1.0; n],
-            Window::Hann => at(&|x| (PI * x).sin().powi(2)),
-            Window::Hamming => at(&|x| cosines(&HAMMING, x)),
-            Window::FlatTop => at(&|x| cosines(&FLAT_TOP, x)),
-            Window::BlackmanHarris => at(&|x| cosines(&BLACKMAN_HARRIS, x)),
+            Window::Hann => sample(&|x| (PI * x).sin().powi(2)),
+            Window::Hamming => sample(&|x| cosines(&HAMMING, x)),
+            Window::FlatTop => sample(&|x| cosines(&FLAT_TOP, x)),
+            Window::BlackmanHarris => sample(&|x| cosines(&BLACKMAN_HARRIS, x)),
             // 1 − (2x − 1)² = 4x (1 − x)
             Window::Kaiser(beta) => {
-                at(&|x| bessel_i0(2.0 * beta * (x * (1.0 - x)).sqrt()) / bessel_i0(beta))
+                sample(&|x| bessel_i0(2.0 * beta * (x * (1.0 - x)).sqrt()) / bessel_i0(beta))
             }
-            Window::Force(share) => at(&|x| f64::from(u8::from(x < share))),
-            Window::Exponential(end) => at(&|x| (x * end.ln()).exp()),
+            Window::Force(share) => sample(&|x| f64::from(u8::from(x < share))),
+            Window::Exponential(end) => sample(&|x| (x * end.ln()).exp()),
         }
     }
 
-    /// The rate σ of `exp(−σt)` it lays on a response in blocks of `duration_s`, 1/s: a pole found behind the window is `−σ` too far
-    /// left, its damping ratio `σ/ω` too high.
+    /// Decay rate σ, 1/s, of the `exp(−σt)` by which the window multiplies a response in blocks of `duration_s`, s: the real part of an
+    /// identified pole is biased by `−σ`, its damping ratio by `σ/ω`.
     pub fn decay_rate(self, duration_s: f64) -> f64 {
         match self {
             Window::Exponential(end) => -end.ln() / duration_s,
             _ => 0.0,
         }
     }
-
-    /// Lines from the middle of a tone's main lobe to its first zero.
-    pub fn half_width_lines(self) -> f64 {
-        match self {
-            Window::Rectangular | Window::Exponential(_) => 1.0,
-            Window::Hann | Window::Hamming => 2.0,
-            Window::FlatTop => FLAT_TOP.len() as f64,
-            Window::BlackmanHarris => BLACKMAN_HARRIS.len() as f64,
-            Window::Kaiser(beta) => (beta / PI).hypot(1.0),
-            Window::Force(share) => 1.0 / share,
-        }
-    }
 }
 
-/// A usual number behind the colon.
+/// Example of a window parameter.
 fn example(name: &str) -> &'static str {
     match name {
         "kaiser" => "8.6",
@@ -183,7 +171,7 @@ fn example(name: &str) -> &'static str {
     }
 }
 
-/// `Σ (−1)^m a_m cos(2πmx)`.
+/// Cosine sum `Σ (−1)^m a_m cos(2πmx)`.
 fn cosines(a: &[f64], x: f64) -> f64 {
     let term = |(m, a): (usize, &f64)| {
         let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
@@ -192,7 +180,7 @@ fn cosines(a: &[f64], x: f64) -> f64 {
     a.iter().enumerate().map(term).sum()
 }
 
-/// The modified Bessel function `I₀(x) = Σ ((x/2)^m/m!)²`; its terms are positive, so the series keeps all digits.
+/// Modified Bessel function `I₀(x) = Σ ((x/2)^m/m!)²`; all terms are positive, so no digits cancel.
 pub fn bessel_i0(x: f64) -> f64 {
     let (mut sum, mut term, mut m) = (1.0, 1.0, 1.0);
     while term > f64::EPSILON * sum {
@@ -206,15 +194,15 @@ pub fn bessel_i0(x: f64) -> f64 {
 /// Gains of a window for tones and for noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowGains {
-    /// `Σw/n`: the factor on a tone's amplitude.
+    /// Coherent gain `Σw/n`, the factor on the amplitude of a tone.
     pub coherent: f64,
-    /// `Σw²/n`: the factor on a noise's mean square.
+    /// Energy gain `Σw²/n`, the factor on the mean square of noise.
     pub energy: f64,
-    /// `n Σw²/(Σw)²`: the equivalent noise bandwidth in lines of `rate/n`.
+    /// Equivalent noise bandwidth `n Σw²/(Σw)²`, in lines of `rate/n`.
     pub bandwidth_lines: f64,
 }
 
-/// The gains of a window's samples.
+/// Gains of a window from its samples.
 pub fn window_gains(w: &[f64]) -> WindowGains {
     let n = w.len() as f64;
     let coherent = w.iter().sum::<f64>() / n;
@@ -226,44 +214,44 @@ pub fn window_gains(w: &[f64]) -> WindowGains {
     }
 }
 
-/// Power of a tone so many lines from a line, over that of one on it: `|W(d)|²/|W(0)|²`, the same for every length that is not short.
+/// Leakage `|W(d)|²/|W(0)|²`: power of a tone at a distance of `d` lines relative to that on the line; independent of long lengths.
 pub fn leakage(w: &[f64], d: f64) -> f64 {
     let n = w.len() as f64;
-    let turned = |(j, w): (usize, &f64)| {
+    let term = |(j, w): (usize, &f64)| {
         let (s, c) = (TAU * d * j as f64 / n).sin_cos();
         Complex::new(c, -s) * w
     };
-    let all: Complex = w.iter().enumerate().map(turned).sum();
-    all.norm_sqr() / w.iter().sum::<f64>().powi(2)
+    let transform: Complex = w.iter().enumerate().map(term).sum();
+    transform.norm_sqr() / w.iter().sum::<f64>().powi(2)
 }
 
-/// Correlation of the powers of two blocks of white noise whose beginnings are `lag` samples apart: `(Σ w_j w_{j+lag} / Σ w²)²`.
+/// Correlation of the powers of two blocks of white noise offset by `lag` samples: `(Σ w_j w_{j+lag} / Σ w²)²`.
 ///
 /// Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967), pp. 70–73.
 pub fn overlap_correlation(w: &[f64], lag: usize) -> f64 {
-    let shared: f64 = w.iter().zip(w.iter().skip(lag)).map(|(a, b)| a * b).sum();
-    (shared / w.iter().map(|w| w * w).sum::<f64>()).powi(2)
+    let covariance: f64 = w.iter().zip(w.iter().skip(lag)).map(|(a, b)| a * b).sum();
+    (covariance / w.iter().map(|w| w * w).sum::<f64>()).powi(2)
 }
 
-/// Standard deviation of the lines about its own that a line of windowed blocks of noise joins, weighed by `|W|²`, in lines.
+/// Standard deviation δ of the spectral smearing by a window, weighted by `|W|²`, in lines.
 ///
-/// The autocorrelation r of the window, the transform of `|W|²`, falls as `1 − (2πδτ)²/2`: δ by its value an eighth of the block on, about
-/// where a resonance of some lines has decayed, since that of a window with steps at its ends falls in proportion to τ at first. For Hann
-/// 0.56, and `1/√3` in the limit of τ = 0.
+/// The autocorrelation r of the window, the transform of `|W|²`, falls as `1 − (2πδτ)²/2`. δ is computed from r at a lag of an eighth of the
+/// block, about where a resonance of several lines has decayed, since r of a window with steps at its ends falls linearly in τ at first.
+/// The Hann window has 0.56, and `1/√3` in the limit of τ = 0.
 pub fn smearing_lines(w: &[f64]) -> f64 {
     const LAG_SHARE: usize = 8;
     let fall = 1.0 - overlap_correlation(w, w.len() / LAG_SHARE).sqrt();
     (2.0 * fall).sqrt() * LAG_SHARE as f64 / TAU
 }
 
-/// Correlation `E[X_k* X_{k+m}]/E|X_k|²` of the transform of windowed white noise with itself `m` lines on: `Σ w² exp(−2πi mj/n)/Σ w²`.
+/// Correlation `E[X_k* X_{k+m}]/E|X_k|²` of the transform of windowed white noise between lines `m` apart: `Σ w² exp(−2πi mj/n)/Σ w²`.
 pub fn line_correlation(w: &[f64], m: usize) -> Complex {
     let n = w.len();
-    let turned = |(j, w): (usize, &f64)| {
+    let term = |(j, w): (usize, &f64)| {
         let (s, c) = (TAU * (j * m % n) as f64 / n as f64).sin_cos();
         Complex::new(c, -s) * (w * w)
     };
-    w.iter().enumerate().map(turned).sum::<Complex>() / w.iter().map(|w| w * w).sum::<f64>()
+    w.iter().enumerate().map(term).sum::<Complex>() / w.iter().map(|w| w * w).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -294,11 +282,11 @@ mod tests {
         ];
         for (window, a) in cases {
             for n in [16, 17, 1000] {
-                let found = window_gains(&window.samples(n));
+                let gains = window_gains(&window.samples(n));
                 let energy = a[0] * a[0] + 0.5 * a[1..].iter().map(|a| a * a).sum::<f64>();
-                assert_close(found.coherent, a[0], 1e-14);
-                assert_close(found.energy, energy, 1e-14);
-                assert_close(found.bandwidth_lines, energy / (a[0] * a[0]), 1e-14);
+                assert_close(gains.coherent, a[0], 1e-14);
+                assert_close(gains.energy, energy, 1e-14);
+                assert_close(gains.bandwidth_lines, energy / (a[0] * a[0]), 1e-14);
             }
         }
         assert_close(
@@ -322,26 +310,26 @@ mod tests {
         assert_eq!(Window::Kaiser(0.0).samples(5), [1.0; 5]);
     }
 
-    /// Geometric sums, and the decay rate they represent.
+    /// Gains by geometric sums, and the decay rate of the exponential window.
     #[test]
     fn exact_force_and_exponential() {
         let (n, end) = (500, 0.01_f64);
-        let found = window_gains(&Window::Exponential(end).samples(n));
+        let gains = window_gains(&Window::Exponential(end).samples(n));
         let sum = |q: f64| (1.0 - q.powi(n as i32)) / (1.0 - q) / n as f64;
         let q = end.powf(1.0 / n as f64);
-        assert_close(found.coherent, sum(q), 1e-12);
-        assert_close(found.energy, sum(q * q), 1e-12);
+        assert_close(gains.coherent, sum(q), 1e-12);
+        assert_close(gains.energy, sum(q * q), 1e-12);
         assert_close(
             Window::Exponential(end).decay_rate(0.5),
             9.210340371976184,
             1e-15,
         );
-        let found = window_gains(&Window::Force(0.1).samples(n));
-        assert_close(found.coherent, 0.1, 1e-14);
-        assert_close(found.bandwidth_lines, 10.0, 1e-14);
+        let gains = window_gains(&Window::Force(0.1).samples(n));
+        assert_close(gains.coherent, 0.1, 1e-14);
+        assert_close(gains.bandwidth_lines, 10.0, 1e-14);
     }
 
-    /// Hann at half overlap: (1/6)²; its next line −2/3, the one after 1/6.
+    /// Hann window at half overlap: (1/6)²; lines one apart −2/3, two apart 1/6.
     #[test]
     fn exact_correlations_of_hann() {
         let w = Window::Hann.samples(64);

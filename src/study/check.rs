@@ -45,16 +45,20 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
         StudyKind::Modes(study) => modes(machine, study),
         StudyKind::Simulate(study) => motion(scene, machine, study),
         StudyKind::Accuracy(study) => match study.target {
-            AccuracyTarget::Modes => frequencies::refuse(machine),
-            AccuracyTarget::Response => responses::refuse(machine, &study.response),
+            AccuracyTarget::Modes => frequencies::check_study(machine),
+            AccuracyTarget::Response => responses::check_study(machine, &study.response),
             AccuracyTarget::Motion => {
-                let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &study.motion)?;
-                work_precision::refuse(&ready, &study.methods)
+                let ready = SimulationSetup::with_single_spring_meshes(
+                    machine,
+                    &scene.start,
+                    &study.motion,
+                )?;
+                work_precision::check_study(&ready, &study.methods)
             }
         },
         StudyKind::Stability(study) => {
             method_choice::find_methods(&study.methods)?;
-            linear::refuse(machine)?;
+            linear::check_study(machine)?;
             if study.motion.end_time.is_none() && study.speeds.is_none() {
                 return Ok(());
             }
@@ -62,19 +66,19 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
                 end_time: study.motion.end_time.or(Some(1.0)),
                 ..study.motion.clone()
             };
-            let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &motion)?;
-            parametric::refuse(machine, &ready, study)
+            let ready = SimulationSetup::with_single_spring_meshes(machine, &scene.start, &motion)?;
+            parametric::check_study(machine, &ready, study)
         }
-        StudyKind::Response(study) => response::run::refuse(machine, study),
+        StudyKind::Response(study) => response::run::check_study(machine, study),
         StudyKind::HarmonicBalance(study) => harmonic_balance::plan(machine, study).map(|_| ()),
         StudyKind::RunUp(study) => run_up::plan(machine, study).map(|_| ()),
-        StudyKind::Transmission(study) => transmission::run::refuse(machine, study),
+        StudyKind::Transmission(study) => transmission::run::check_study(machine, study),
     }
 }
 
 fn modes(machine: &PreparedMachine, study: &ModesStudy) -> Result<(), Error> {
     machine.speeds_at(study.speed)?;
-    modes_run::refuse(machine, study, &ModesPlan::plan_modes(machine, study))
+    modes_run::check_study(machine, study, &ModesPlan::plan_modes(machine, study))
 }
 
 /// A motion: its equations, outputs and start, its method, what it would cost.

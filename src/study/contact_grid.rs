@@ -43,8 +43,8 @@ pub fn compare_bevel_grids(
                 "give the settings of pinion and gear",
             ),
             None => (
-                "no flanks touch that could be compared",
-                "`geardyn gear` on this file says why",
+                "no flanks are in contact: nothing to compare",
+                "run `geardyn gear` on this file for the reason",
             ),
         };
         return Err(at(Error::new(Code::OutOfRange, message).with_hint(hint)));
@@ -55,9 +55,9 @@ pub fn compare_bevel_grids(
             compare_flank_grids(file, teeth, contact, torque, monitor)
         }
         None if contact.pair.overlap(&contact.path).is_some() => {
-            let message = "teeth overlap away from the path of contact, whose transmission error is not that of the pair";
+            let message = "teeth interfere away from the path of contact: its transmission error is not that of the pair";
             Err(Error::new(Code::OutOfRange, message)
-                .with_hint("write [mesh] with torque = \"100 N·m\" into the file: under a load the whole flank is compared"))
+                .with_hint("add [mesh] with torque = \"100 N·m\" to the file to compare the whole flank under load"))
         }
         None => compare_unloaded(&contact.pair, &contact.path, monitor).map(|one| vec![one]),
     };

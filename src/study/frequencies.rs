@@ -1,7 +1,7 @@
 //! Work–precision study of natural frequencies: eigensolvers, reduction, shaft elements.
 //!
-//! The error of a way is the largest relative error of the frequencies asked for. Solvers and reductions are measured against
-//! the machine as written; lengths against the limit of ever finer ones, by Richardson's extrapolation of second order.
+//! The error of a method is the largest relative error of the requested frequencies. Solvers and reductions are compared with
+//! the machine as stated; shaft subdivisions with their limit of refinement, by Richardson extrapolation of second order.
 
 use super::comparison::{ComparedMethod, ComparisonResult, ModelSize};
 use super::monitor::{Monitor, interrupted_error};
@@ -14,34 +14,33 @@ use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod, natural_frequencies};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Matrix, symmetric};
 use crate::plan::meshes::stage::MeshStage;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::{BarMass, Model, ShaftBody};
 
-/// Modes compared by default.
+/// Default number of modes compared.
 pub const DEFAULT_MODES: usize = 10;
 
-/// Machines beyond this many degrees of freedom are not decomposed whole.
+/// Maximum number of degrees of freedom of a dense eigenvalue problem.
 const MAX_DENSE_DOFS: usize = 1000;
 
-/// Machines beyond this many degrees of freedom are not built for a comparison of lengths.
+/// Maximum number of degrees of freedom of a machine with subdivided shafts.
 const MAX_DOFS: usize = 100_000;
 
 /// Subdivisions of the refinement series; the last two give the reference.
 const SUBDIVISIONS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
-/// Refuses machines without frequencies to compare.
+/// Checks that the machine has frequencies to compare.
 ///
 /// # Errors
-/// A machine whose strain energy is no sum of squares, or without elastic modes.
-pub fn refuse(prepared_machine: &PreparedMachine) -> Result<(), Error> {
+/// A machine whose strain energy is not a sum of squares, or without elastic modes.
+pub fn check_study(prepared_machine: &PreparedMachine) -> Result<(), Error> {
     if !prepared_machine.model.is_sum_of_squares() {
-        let message =
-            "stiffnesses that are negative or act across have no undamped frequencies to compare";
+        let message = "negative or cross-coupled stiffness has no undamped frequencies to compare";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("state the machine without them, or request its motion"));
+            .with_hint("remove it from the model, or compare the motion"));
     }
     if elastic_modes(&prepared_machine.model) == 0 {
         let message = "the machine has no elastic mode";
@@ -55,10 +54,10 @@ fn elastic_modes(model: &LinearModel) -> usize {
     model.n - model.massless.len() - model.rigid.len()
 }
 
-/// Compares every way to the lowest elastic frequencies. Ended early, it gives the ways that were finished.
+/// Compares the methods for the lowest elastic frequencies. If interrupted, it returns the completed methods.
 ///
 /// # Errors
-/// Those of [`refuse`]; those of the reference.
+/// Errors of [`refuse`] and of the reference.
 pub fn compare_eigensolvers(
     prepared_machine: &PreparedMachine,
     model: &Model,
@@ -66,13 +65,13 @@ pub fn compare_eigensolvers(
     monitor: &mut Monitor,
 ) -> Result<ComparisonResult, Error> {
     let linear_model = &prepared_machine.model;
-    refuse(prepared_machine)?;
+    check_study(prepared_machine)?;
     let count = count.min(elastic_modes(linear_model));
     if !monitor.proceed("reference") {
         return Err(interrupted_error());
     }
-    let whole = linear_model.n <= MAX_DENSE_DOFS;
-    let basis = match whole {
+    let is_dense = linear_model.n <= MAX_DENSE_DOFS;
+    let basis = match is_dense {
         true => Some(modal_basis::solve(linear_model, UndampedSolver::Factored)?),
         false => None,
     };
@@ -80,21 +79,21 @@ pub fn compare_eigensolvers(
         Some(basis) => elastic_frequencies(basis, count),
         None => lowest_frequencies(prepared_machine, count)?,
     };
-    let truth = ReferenceFrequencies {
+    let reference = ReferenceFrequencies {
         omega,
         error: 10f64.powf(-digits),
     };
-    let mut ways = Vec::new();
-    let mut add =
+    let mut methods = Vec::new();
+    let mut compare =
         |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
             if !monitor.proceed(method) {
                 return;
             }
-            ways.push(ComparedMethod::time_method(method, size, task, |found| {
-                truth.relative_error(found)
+            methods.push(ComparedMethod::time_method(method, size, task, |omega| {
+                reference.relative_error(omega)
             }));
         };
-    add("lowest modes only", None, &mut || {
+    compare("lowest modes only", None, &mut || {
         lowest_frequencies(prepared_machine, count).map(|f| f.0)
     });
     let dense: [(&'static str, FrequencyFn); 3] = [
@@ -107,13 +106,13 @@ pub fn compare_eigensolvers(
                 .map(|b| elastic_frequencies(&b, count).0)
         }),
         ("all modes, assembled K", &|| {
-            assembled(prepared_machine, basis.as_ref(), count)
+            assembled_frequencies(prepared_machine, basis.as_ref(), count)
         }),
     ];
-    for (name, way) in dense {
-        match whole {
-            true => add(name, None, &mut || way()),
-            false => add(name, None, &mut || Err(too_large(linear_model.n))),
+    for (name, solve) in dense {
+        match is_dense {
+            true => compare(name, None, &mut || solve()),
+            false => compare(name, None, &mut || Err(too_large_error(linear_model.n))),
         }
     }
     if let Some(basis) = &basis {
@@ -124,22 +123,22 @@ pub fn compare_eigensolvers(
             speeds: None,
         };
         let order = master_dofs(linear_model);
-        for kept in size_sequence(count, order.len()) {
-            add(
+        for size in size_sequence(count, order.len()) {
+            compare(
                 "static condensation",
-                Some(ModelSize::Coordinates(kept)),
+                Some(ModelSize::Coordinates(size)),
                 &mut || {
-                    let masters = order[..kept].to_vec();
-                    reduced(&context, ReductionMethod::Guyan { masters }, count)
+                    let masters = order[..size].to_vec();
+                    reduced_frequencies(&context, ReductionMethod::Guyan { masters }, count)
                 },
             );
-            add(
+            compare(
                 "fixed-interface modes",
-                Some(ModelSize::Coordinates(kept)),
+                Some(ModelSize::Coordinates(size)),
                 &mut || {
-                    let boundary = order[..BOUNDARY_DOFS.min(kept)].to_vec();
-                    let selection = ModeSelection::Count(kept - boundary.len());
-                    reduced(
+                    let boundary = order[..BOUNDARY_DOFS.min(size)].to_vec();
+                    let selection = ModeSelection::Count(size - boundary.len());
+                    reduced_frequencies(
                         &context,
                         ReductionMethod::CraigBampton {
                             boundary,
@@ -151,68 +150,68 @@ pub fn compare_eigensolvers(
             );
         }
     }
-    ways.extend(compare_subdivisions(
+    methods.extend(compare_subdivisions(
         model,
         &prepared_machine.meshes,
         count,
         monitor,
     ));
-    let highest = truth.omega.last().copied().unwrap_or(0.0);
+    let highest = reference.omega.last().copied().unwrap_or(0.0);
     Ok(ComparisonResult {
         quantity: format!(
             "the lowest {} to {:.4} Hz",
             pluralise(count, "elastic mode"),
             highest / std::f64::consts::TAU
         ),
-        norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of ever finer ones",
+        norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of refinement",
         dofs: Some(linear_model.n),
-        reference: match whole {
+        reference: match is_dense {
             true => "all modes of the graded factor",
             false => "the lowest modes by elimination",
         }
         .to_string(),
-        reference_error: truth.error,
-        methods: ways,
+        reference_error: reference.error,
+        methods,
         interrupted: monitor.cancel.is_cancelled(),
     })
 }
 
-/// Finds frequencies, rad/s.
+/// Computes natural frequencies, rad/s.
 type FrequencyFn<'a> = &'a dyn Fn() -> Result<Vec<f64>, Error>;
 
-/// Reference of the frequencies.
+/// Reference natural frequencies.
 struct ReferenceFrequencies {
-    /// rad/s.
+    /// Angular frequencies, rad/s.
     omega: Vec<f64>,
     /// Relative error of the reference, below which no error is measurable.
     error: f64,
 }
 
-/// Coordinates that keep their place where the rest is replaced by modes.
+/// Number of boundary coordinates of a fixed-interface reduction.
 const BOUNDARY_DOFS: usize = 2;
 
 impl ReferenceFrequencies {
-    /// Relative error of frequencies, where all are there.
-    fn relative_error(&self, found: Vec<f64>) -> Result<f64, String> {
-        match found.len() < self.omega.len() {
+    /// Largest relative error of frequencies; a text if modes are missing.
+    fn relative_error(&self, omega: Vec<f64>) -> Result<f64, String> {
+        match omega.len() < self.omega.len() {
             true => Err(format!(
                 "gives {} of {} modes",
-                found.len(),
+                omega.len(),
                 self.omega.len()
             )),
-            false => Ok(max_error(&found, &self.omega).max(self.error)),
+            false => Ok(max_error(&omega, &self.omega).max(self.error)),
         }
     }
 }
 
-fn max_error(found: &[f64], truth: &[f64]) -> f64 {
-    found
+fn max_error(omega: &[f64], reference: &[f64]) -> f64 {
+    omega
         .iter()
-        .zip(truth)
+        .zip(reference)
         .fold(0.0, |m, (f, t)| ((f - t).abs() / t).max(m))
 }
 
-/// The lowest elastic frequencies of all, rad/s, and the digits of the poorest.
+/// Lowest elastic frequencies, rad/s, and the least number of correct digits among them.
 fn elastic_frequencies(basis: &ModalBasis, count: usize) -> (Vec<f64>, f64) {
     let range = basis.n_rigid..basis.n_rigid + count;
     let digits = basis.digits[range.clone()]
@@ -224,24 +223,24 @@ fn elastic_frequencies(basis: &ModalBasis, count: usize) -> (Vec<f64>, f64) {
 fn lowest_frequencies(machine: &PreparedMachine, count: usize) -> Result<(Vec<f64>, f64), Error> {
     let request = SubsetRequest {
         count: count + machine.model.rigid.len(),
-        near: None,
+        near_omega: None,
     };
-    let found = mode_subset::solve(&machine.model, machine.forest.as_ref(), request)?;
-    let elastic: Vec<_> = found.modes.iter().filter(|m| !m.rigid).collect();
+    let subset = mode_subset::solve(&machine.model, machine.forest.as_ref(), request)?;
+    let elastic: Vec<_> = subset.modes.iter().filter(|m| !m.rigid).collect();
     let digits = elastic
         .iter()
         .fold(f64::INFINITY, |m, e| m.min(e.trusted_digits));
     Ok((elastic.iter().map(|m| m.omega()).collect(), digits))
 }
 
-/// By the textbook's way: K and M assembled, one symmetric eigenvalue problem.
-fn assembled(
+/// Natural frequencies, rad/s, of the assembled K and M by one symmetric eigenvalue problem.
+fn assembled_frequencies(
     prepared_machine: &PreparedMachine,
     basis: Option<&ModalBasis>,
     count: usize,
 ) -> Result<Vec<f64>, Error> {
     let Some(basis) = basis else {
-        return Err(too_large(prepared_machine.model.n));
+        return Err(too_large_error(prepared_machine.model.n));
     };
     let model = &prepared_machine.model;
     let context = AnalysisContext {
@@ -258,24 +257,25 @@ fn assembled(
     Ok(elastic.map(|v| v.max(0.0).sqrt()).collect())
 }
 
-fn reduced(
+fn reduced_frequencies(
     context: &AnalysisContext,
     method: ReductionMethod,
     count: usize,
 ) -> Result<Vec<f64>, Error> {
     let model = ReducedModel::new(context, method)?;
-    let all = natural_frequencies(context.model, &model.matrices)?;
+    let omega = natural_frequencies(context.model, &model.matrices)?;
     let rigid = context.model.rigid.len();
-    Ok(all.into_iter().skip(rigid).take(count).collect())
+    Ok(omega.into_iter().skip(rigid).take(count).collect())
 }
 
-fn too_large(n: usize) -> Error {
-    let message =
-        format!("{n} degrees of freedom are not decomposed whole (limit {MAX_DENSE_DOFS})");
+fn too_large_error(n: usize) -> Error {
+    let message = format!(
+        "{n} degrees of freedom are too many for a full decomposition (limit {MAX_DENSE_DOFS})"
+    );
     Error::new(Code::BudgetExceeded, message)
 }
 
-/// Coordinates with inertia by rising `k_ii/m_ii`: the softest and heaviest are kept first.
+/// Coordinates with inertia by rising `k_ii/m_ii`: soft and heavy ones are retained first.
 ///
 /// Henshell and Ong, Earthquake Engineering and Structural Dynamics 3 (1975), pp. 375–383.
 fn master_dofs(model: &LinearModel) -> Vec<usize> {
@@ -291,22 +291,22 @@ fn master_dofs(model: &LinearModel) -> Vec<usize> {
         }
     }
     let mut order: Vec<usize> = (0..model.n).filter(|&i| m[i] > 0.0).collect();
-    sort_rising(&mut order, |&a| k[a] / m[a]);
+    sort_ascending(&mut order, |&a| k[a] / m[a]);
     order
 }
 
-/// Doubling from what is just enough, below all.
-fn size_sequence(count: usize, all: usize) -> Vec<usize> {
+/// Sizes of reduced models: doubled from `count + BOUNDARY_DOFS`, below `full_size`.
+fn size_sequence(count: usize, full_size: usize) -> Vec<usize> {
     let mut sizes = Vec::new();
     let mut size = count + BOUNDARY_DOFS;
-    while size < all {
+    while size < full_size {
         sizes.push(size);
         size *= 2;
     }
     sizes
 }
 
-/// Every shaft with a mass of its own cut in more and more lengths.
+/// Compares subdivisions of all shafts with distributed mass.
 fn compare_subdivisions(
     model: &Model,
     meshes: &MeshStage,
@@ -314,36 +314,36 @@ fn compare_subdivisions(
     monitor: &mut Monitor,
 ) -> Vec<ComparedMethod> {
     const NAME: &str = "shafts in lengths";
-    let cut = model.shafts.iter().any(|s| has_mass(&s.body));
-    if !cut {
+    let is_applicable = model.shafts.iter().any(|s| has_mass(&s.body));
+    if !is_applicable {
         return Vec::new();
     }
-    let mut rungs: Vec<(usize, Result<Vec<f64>, Error>, f64)> = Vec::new();
-    for lengths in SUBDIVISIONS {
+    let mut runs: Vec<(usize, Result<Vec<f64>, Error>, f64)> = Vec::new();
+    for elements in SUBDIVISIONS {
         if !monitor.proceed(NAME) {
             return Vec::new();
         }
-        let finer = with_subdivisions(model, lengths);
-        let (found, seconds) = min_time(|| {
+        let finer = with_subdivisions(model, elements);
+        let (result, seconds) = min_time(|| {
             let machine = PreparedMachine::with_meshes(&finer, meshes.clone())?;
             if machine.model.n > MAX_DOFS {
-                return Err(too_large(machine.model.n));
+                return Err(too_large_error(machine.model.n));
             }
             lowest_frequencies(&machine, count).map(|f| f.0)
         });
-        let ends = found.is_err();
-        rungs.push((lengths, found, seconds));
-        if ends && lengths > 1 {
+        let failed = result.is_err();
+        runs.push((elements, result, seconds));
+        if failed && elements > 1 {
             break;
         }
     }
-    // The two finest whose modes are all there.
-    let whole: Vec<&Vec<f64>> = rungs
+    // The two finest subdivisions with all requested modes.
+    let complete: Vec<&Vec<f64>> = runs
         .iter()
         .filter_map(|r| r.1.as_ref().ok())
         .filter(|f| f.len() == count)
         .collect();
-    let [.., coarse, fine] = whole[..] else {
+    let [.., coarse, fine] = complete[..] else {
         return Vec::new();
     };
     let omega: Vec<f64> = fine
@@ -351,18 +351,17 @@ fn compare_subdivisions(
         .zip(coarse)
         .map(|(f, c)| f + (f - c) / 3.0)
         .collect();
-    // What is left after the extrapolation is of fourth order.
+    // The error after the extrapolation is of fourth order.
     let error = max_error(fine, &omega).powi(2);
     let limit = ReferenceFrequencies { omega, error };
-    // The finest gave the limit: its own error cannot be told from it.
-    rungs.pop();
-    rungs
-        .into_iter()
-        .map(|(lengths, found, seconds)| {
+    // The finest subdivision determines the limit, so its error cannot be measured.
+    runs.pop();
+    runs.into_iter()
+        .map(|(elements, result, seconds)| {
             ComparedMethod::with_error(
                 NAME,
-                Some(ModelSize::ShaftElements(lengths)),
-                found,
+                Some(ModelSize::ShaftElements(elements)),
+                result,
                 seconds,
                 |f| limit.relative_error(f),
             )
@@ -374,11 +373,11 @@ fn has_mass(body: &Option<ShaftBody>) -> bool {
     matches!(body, Some(ShaftBody::Bar { mass, .. }) if *mass != BarMass::None)
 }
 
-fn with_subdivisions(model: &Model, lengths: usize) -> Model {
+fn with_subdivisions(model: &Model, elements: usize) -> Model {
     let mut finer = model.clone();
     for shaft in finer.shafts.iter_mut().filter(|s| has_mass(&s.body)) {
         if let Some(ShaftBody::Bar { segments, .. }) = &mut shaft.body {
-            *segments = lengths;
+            *segments = elements;
         }
     }
     finer

@@ -79,7 +79,7 @@ pub fn compare_grids(
 ) -> Result<Vec<ComparisonResult>, Error> {
     let at = |error: Error| file.locate(error);
     let Some(torque) = file.mesh.torques.last().copied() else {
-        return Err(file.no_torque());
+        return Err(file.missing_torque_error());
     };
     let pair = file.pair()?;
     let options = file.mesh_options(&pair);

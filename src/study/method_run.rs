@@ -76,7 +76,7 @@ pub fn run_method(
     }
     if count <= setup.samples {
         let message = format!(
-            "given up after {patience} s at t = {} of {}",
+            "time budget of {patience} s exceeded at t = {} of {}",
             quantity::format_time(reached),
             quantity::format_time(setup.end_time)
         );

@@ -25,5 +25,5 @@ impl Monitor<'_> {
 
 /// The study ended before there was anything to show.
 pub fn interrupted_error() -> Error {
-    Error::new(Code::Interrupted, "ended before anything was finished")
+    Error::new(Code::Interrupted, "interrupted before the first result")
 }

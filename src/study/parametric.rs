@@ -17,56 +17,56 @@ use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::laws::Waveform;
 use crate::scene::study::{ParameterSweep, StabilityStudy, SweepParameter};
 
-/// Stability of a machine whose stiffness varies with period: the largest Floquet multiplier.
+/// Stability of a machine with periodically varying stiffness, by the largest Floquet multiplier.
 pub struct ParametricResult {
-    /// The largest Floquet multiplier at the scene's speed, but those of free turning.
+    /// Largest modulus of the Floquet multipliers at the speed of the scene, except those of free rotation.
     pub max_multiplier: f64,
-    /// The period, s.
+    /// Period, s.
     pub period: f64,
     /// Speed of the first node of `[speed]`, rad/s.
     pub speed: f64,
-    /// Chart of unstable speeds, on request.
+    /// Chart of unstable speeds, if requested.
     pub chart: Option<StabilityChart>,
 }
 
-/// A multiplier this much above 1 is one.
+/// Tolerance on the modulus of a multiplier of 1.
 const MULTIPLIER_TOLERANCE: f64 = 1e-9;
 
 impl ParametricResult {
-    /// Whether no motion grows from period to period.
+    /// Whether no perturbation grows from period to period.
     pub fn is_stable(&self) -> bool {
         self.max_multiplier <= 1.0 + MULTIPLIER_TOLERANCE
     }
 
-    /// Growth of the fastest motion, 1/s.
+    /// Growth rate of the fastest growing perturbation, 1/s.
     pub fn growth_rate(&self) -> f64 {
         self.max_multiplier.ln() / self.period
     }
 }
 
-/// Chart of unstable speeds, over a second parameter where one is given.
+/// Chart of unstable speeds, optionally over a second parameter.
 pub struct StabilityChart {
-    /// The first and the last speed looked at, as factors of the scene's.
+    /// First and last speed of the chart, relative to the speed of the scene.
     pub span: [f64; 2],
-    /// By the second parameter; one row at the scene's own where there is none.
+    /// Rows by the second parameter; without one, a single row with factor 1.
     pub rows: Vec<ChartRow>,
-    /// Parameter of the rows.
+    /// Second parameter, if any.
     pub parameter: Option<SweepParameter>,
-    /// The frequency with which the whole machine repeats at the scene's speed, rad/s.
+    /// Frequency of the common period of all stiffnesses at the speed of the scene, rad/s.
     pub base: f64,
 }
 
 /// Unstable speeds at one value of the second parameter.
 pub struct ChartRow {
-    /// The factor on what the scene has.
+    /// Factor on the parameter value of the scene.
     pub factor: f64,
-    /// By rising speed.
+    /// Instability tongues by rising speed.
     pub tongues: Vec<InstabilityTongue>,
 }
 
 const CONSTANT: &str = "no stiffness varies at an imposed speed";
 
-fn varies(model: &DynamicModel) -> bool {
+fn has_varying_stiffness(model: &DynamicModel) -> bool {
     let mut waves = model
         .elements
         .iter()
@@ -80,11 +80,11 @@ fn first_speed(machine: &PreparedMachine, study: &StabilityStudy) -> Result<f64,
     Ok(machine.machine.speeds.first().map_or(0.0, |s| speeds[s.0]))
 }
 
-/// Refuses a chart that has nothing to show.
+/// Checks that a requested chart is possible.
 ///
 /// # Errors
-/// A chart where no stiffness varies, or without a speed to start from.
-pub fn refuse(
+/// A chart without a periodically varying stiffness, or without a speed in the setup.
+pub fn check_study(
     machine: &PreparedMachine,
     setup: &SimulationSetup,
     study: &StabilityStudy,
@@ -92,32 +92,32 @@ pub fn refuse(
     if study.speeds.is_none() {
         return Ok(());
     }
-    if !varies(&setup.model.model) {
+    if !has_varying_stiffness(&setup.model.model) {
         let message = format!("{CONSTANT}: there is nothing to chart");
         return Err(Error::new(Code::Conflict, message)
             .with_hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\""));
     }
     if first_speed(machine, study)? == 0.0 {
-        let message = "a chart over speed needs the speed of the setup to start from";
+        let message = "a chart over speed requires the speed of the setup";
         return Err(Error::new(Code::UndeterminedSpeed, message)
             .with_hint("state the speed of a node in [speed] of the model"));
     }
     Ok(())
 }
 
-/// Floquet's multipliers and the chart; or why there are none. Ended early, the chart holds the rows that were finished.
+/// Floquet multipliers and the chart, or the reason why there are none. After cancellation the chart contains the finished rows.
 ///
 /// # Errors
-/// A chart without a speed to start from, or with a stiffness below zero; those of the multipliers.
+/// Errors of [`refuse`] and of the multipliers; a stiffness that falls to zero or below.
 pub fn parametric_stability(
     machine: &PreparedMachine,
     setup: &SimulationSetup,
     study: &StabilityStudy,
     monitor: &mut Monitor,
 ) -> Result<Result<ParametricResult, String>, Error> {
-    refuse(machine, setup, study)?;
+    check_study(machine, setup, study)?;
     let model = &unforced(&setup.model.model);
-    if !varies(model) {
+    if !has_varying_stiffness(model) {
         return Ok(Err(CONSTANT.to_string()));
     }
     let monodromy = match floquet::monodromy(model, None) {
@@ -144,21 +144,21 @@ pub fn parametric_stability(
     let cancel = monitor.cancel;
     let monitor = Mutex::new(monitor);
     let row = |&factor: &f64| -> Result<Option<ChartRow>, Error> {
-        let (row, changed) = match study.over {
+        let (row, scaled) = match study.over {
             None => ("speeds".to_string(), model.clone()),
             Some(over) => (
                 format!("{} × {factor:.4}", over.parameter.name()),
                 scale_parameter(model, over, factor)?,
             ),
         };
-        let proceeds = monitor
+        let can_proceed = monitor
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .proceed(&row);
-        if !proceeds {
+        if !can_proceed {
             return Ok(None);
         }
-        match instability_tongues(&changed, span, points, cancel) {
+        match instability_tongues(&scaled, span, points, cancel) {
             Ok(tongues) => Ok(Some(ChartRow { factor, tongues })),
             Err(error) if error.code == Code::Interrupted => Ok(None),
             Err(error) => Err(error),
@@ -180,7 +180,7 @@ pub fn parametric_stability(
     Ok(Ok(parametric))
 }
 
-/// The machine without loads and imposed errors: what grows by itself does so whatever acts, and repeats with the stiffness alone.
+/// Model without loads and imposed errors: parametric stability and its period depend on the stiffness variation alone.
 fn unforced(model: &DynamicModel) -> DynamicModel {
     let mut model = model.clone();
     model.forces.clear();
@@ -191,7 +191,7 @@ fn unforced(model: &DynamicModel) -> DynamicModel {
     model
 }
 
-/// The machine with a parameter times a factor.
+/// Model with a parameter multiplied by a factor.
 fn scale_parameter(
     model: &DynamicModel,
     over: ParameterSweep,
@@ -212,7 +212,7 @@ fn scale_parameter(
                         format_number(factor)
                     );
                     return Err(Error::new(Code::OutOfRange, message)
-                        .with_hint("end the range of `over` sooner"));
+                        .with_hint("lower the upper end of `over`"));
                 }
             }
         }
@@ -227,7 +227,7 @@ fn scale_parameter(
                 }
             }
             model.mass_damping *= factor;
-            if let Some((_, c)) = &mut model.unattached {
+            if let Some((_, c)) = &mut model.global_matrices {
                 for j in 0..c.ncols() {
                     (0..c.nrows()).for_each(|i| c[(i, j)] *= factor);
                 }
@@ -237,7 +237,7 @@ fn scale_parameter(
     Ok(model)
 }
 
-/// A wave with the same mean that goes further from it.
+/// Waveform with the same mean and its variation multiplied by a factor.
 fn scale_variation(waveform: &Waveform, factor: f64) -> Waveform {
     let mean = waveform.mean();
     let from_mean = |x: f64| mean + factor * (x - mean);

@@ -11,7 +11,7 @@ use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
 use crate::motion::problem::StepSize;
 use crate::motion::sensitivity::{Amplification, PERTURBATION_SHARE};
 use crate::numeric::parallel;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
@@ -235,7 +235,7 @@ fn refine(
                 trials.push((setting, trial));
             }
             Ok(_) => {
-                let message = "the motion grew beyond all numbers";
+                let message = "the solution diverged (overflow)";
                 return Err(Error::new(Code::Overflow, message));
             }
             Err(error) if error.code == Code::Interrupted || trials.is_empty() => {
@@ -269,7 +269,7 @@ fn most_trusted_pair(runs: &[RefinementSeries]) -> Option<(usize, Vec<CrossCheck
                 distance: relative_distance(other.values(), runs[index].values()),
             })
             .collect();
-        sort_rising(&mut checks, |a| a.distance);
+        sort_ascending(&mut checks, |a| a.distance);
         (index, checks)
     };
     let mut checks = (0..runs.len()).map(cross_checked);

@@ -1,7 +1,7 @@
 //! Work–precision study of frequency responses: direct, modal sum, reduced models.
 //!
-//! The error of a way is the largest difference from the direct solution over all lines, by the largest value of the same
-//! output and input; the worst pair counts.
+//! The error of a method is the largest difference from the direct solution over all lines, relative to the largest value of the
+//! same output and input; the worst pair counts.
 
 use super::comparison::{ComparedMethod, ComparisonResult, ModelSize};
 use super::monitor::{Monitor, interrupted_error};
@@ -14,18 +14,18 @@ use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, parallel, symmetric};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::method_choice::DEFAULT_LINES;
-use crate::response::frf::{ResponseMethod as How, ResponseSolver, difference};
+use crate::response::frf::{ResponseMethod, ResponseSolver, difference};
 use crate::response::ports::{Ports, ResponseInput, ResponseOutput};
 use crate::scene::study::ResponseStudy;
 
-/// Machines beyond this many degrees of freedom are not taken apart into modes.
+/// Maximum number of degrees of freedom of a modal decomposition.
 const MAX_DENSE_DOFS: usize = 1000;
 
-/// Refuses what can be known before any solution.
+/// Checks the study and the machine before any solution.
 ///
 /// # Errors
-/// A study without band, input or output; a machine without damping; those of its speed.
-pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
+/// A study without band, input or output; an undamped machine; errors of its speeds.
+pub fn check_study(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
     band_and_ports(machine, study)?;
     machine.speeds_at(study.speed).map(|_| ())
 }
@@ -52,17 +52,17 @@ fn band_and_ports(
         );
     }
     if !linear.is_damped(machine) {
-        let message = "nothing is damped: at a resonance every response is infinite, and no error can be measured";
+        let message = "the machine is undamped: responses at resonance are infinite, and their error is undefined";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("give the machine its damping, in [damping] or with each stiffness"));
+            .with_hint("add damping, in [damping] or with each stiffness"));
     }
     Ok(((from, to), ports))
 }
 
-/// Compares every way to the responses a study asks for. Ended early, it gives the ways that were finished.
+/// Compares the methods for the requested responses. If interrupted, it returns the completed methods.
 ///
 /// # Errors
-/// What is missing in the study; an undamped machine; those of the direct solution.
+/// Errors of [`refuse`] and of the direct solution.
 pub fn compare_responses(
     prepared_machine: &PreparedMachine,
     study: &ResponseStudy,
@@ -75,39 +75,39 @@ pub fn compare_responses(
     } = prepared_machine;
     let ((from, to), ports) = band_and_ports(prepared_machine, study)?;
     let speeds = prepared_machine.speeds_at(study.speed)?;
-    let model = prepared_machine.frequency_setting(speeds.as_deref());
+    let model = prepared_machine.operating_model(speeds.as_deref());
     let lines = study.lines.unwrap_or(DEFAULT_LINES).max(2);
     let step = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines).map(|k| from + step * f64::from(k)).collect();
-    let by = |how: How| -> Result<Vec<ComplexMatrix>, Error> {
-        let solver = ResponseSolver::new(&model, &ports, how)?;
+    let run = |method: ResponseMethod| -> Result<Vec<ComplexMatrix>, Error> {
+        let solver = ResponseSolver::new(&model, &ports, method)?;
         omega.iter().map(|&w| solver.response_at(w)).collect()
     };
     if !monitor.proceed("line by line") {
         return Err(interrupted_error());
     }
-    let reference = |how: How| -> Result<Vec<ComplexMatrix>, Error> {
-        let solver = ResponseSolver::new(&model, &ports, how)?;
+    let solve_parallel = |method: ResponseMethod| -> Result<Vec<ComplexMatrix>, Error> {
+        let solver = ResponseSolver::new(&model, &ports, method)?;
         parallel::try_map(&omega, |&w| solver.response_at(w))
     };
-    let exact = reference(How::Direct)?;
-    let small = linear.n <= MAX_DENSE_DOFS;
-    let other = match small {
-        true => reference(How::Modal).ok(),
+    let exact = solve_parallel(ResponseMethod::Direct)?;
+    let is_small = linear.n <= MAX_DENSE_DOFS;
+    let modal = match is_small {
+        true => solve_parallel(ResponseMethod::Modal).ok(),
         false => None,
     };
-    let reference_error = other.map_or(f64::NAN, |other| difference(&other, &exact));
+    let reference_error = modal.map_or(f64::NAN, |modal| difference(&modal, &exact));
     let floor = match reference_error.is_finite() {
         true => reference_error,
         false => 0.0,
     };
-    let judge = |found: Vec<ComplexMatrix>| Ok(difference(&found, &exact).max(floor));
-    let mut list = vec![
-        ComparedMethod::time_method("line by line", None, || by(How::Direct), judge),
-        ComparedMethod::time_method("all modes", None, || by(How::Modal), judge),
+    let judge = |response: Vec<ComplexMatrix>| Ok(difference(&response, &exact).max(floor));
+    let mut methods = vec![
+        ComparedMethod::time_method("line by line", None, || run(ResponseMethod::Direct), judge),
+        ComparedMethod::time_method("all modes", None, || run(ResponseMethod::Modal), judge),
     ];
-    match (torque_motion_ports(&ports), small) {
-        (Some(plain), true) => {
+    match (torque_motion_ports(&ports), is_small) {
+        (Some(reduced_ports), true) => {
             let basis = modal_basis::solve(linear, BasisSolver::Factored)?;
             let context = AnalysisContext {
                 machine,
@@ -115,7 +115,7 @@ pub fn compare_responses(
                 basis: &basis,
                 speeds: speeds.as_deref(),
             };
-            for (method, size, reduce) in reductions(&context, &plain) {
+            for (method, size, reduce) in reductions(&context, &reduced_ports) {
                 if !monitor.proceed(method) {
                     break;
                 }
@@ -123,17 +123,17 @@ pub fn compare_responses(
                     let matrices = reduce()?;
                     omega
                         .iter()
-                        .map(|&w| plain.reduced_response(&context, &matrices, w))
+                        .map(|&w| reduced_ports.reduced_response(&context, &matrices, w))
                         .collect()
                 };
-                list.push(ComparedMethod::time_method(method, Some(size), task, judge));
+                methods.push(ComparedMethod::time_method(method, Some(size), task, judge));
             }
         }
-        (None, _) => list.push(skipped(
+        (None, _) => methods.push(skipped_method(
             "reduced machines are compared between torques and motions of single degrees of freedom, nothing held",
         )),
-        (_, false) => list.push(skipped(&format!(
-            "{} degrees of freedom are not taken apart into modes (limit {MAX_DENSE_DOFS})",
+        (_, false) => methods.push(skipped_method(&format!(
+            "{} degrees of freedom are too many for all modes (limit {MAX_DENSE_DOFS})",
             linear.n
         ))),
     }
@@ -146,31 +146,31 @@ pub fn compare_responses(
         ),
         norm: "largest difference over all lines, by the largest value of the same response",
         dofs: Some(linear.n),
-        reference: match small {
+        reference: match is_small {
             true => "the direct solution, compared with a sum over all modes",
             false => "the direct solution",
         }
         .to_string(),
         reference_error: floor,
-        methods: list,
+        methods,
         interrupted: monitor.cancel.is_cancelled(),
     })
 }
 
-fn skipped(why: &str) -> ComparedMethod {
+fn skipped_method(reason: &str) -> ComparedMethod {
     ComparedMethod {
         method: "reduced machines",
         size: None,
         error: None,
         seconds: 0.0,
-        failure: Some(why.to_string()),
+        failure: Some(reason.to_string()),
     }
 }
 
-/// Torques on degrees of freedom and motions of degrees of freedom, all ports of a reduced machine.
+/// Ports of a reduced machine: torques on degrees of freedom, and motions of degrees of freedom.
 struct TorqueMotionPorts {
     inputs: Vec<usize>,
-    /// The degree of freedom, and how often it is differentiated.
+    /// Degree of freedom and number of time derivatives.
     outputs: Vec<(usize, u8)>,
 }
 
@@ -180,8 +180,8 @@ fn torque_motion_ports(ports: &Ports) -> Option<TorqueMotionPorts> {
         _ => None,
     });
     let outputs = ports.outputs.iter().map(|port| match &port.kind {
-        ResponseOutput::Sum(terms, times) => match terms[..] {
-            [(dof, 1.0)] => Some((dof, *times)),
+        ResponseOutput::Sum(terms, derivatives) => match terms[..] {
+            [(dof, 1.0)] => Some((dof, *derivatives)),
             _ => None,
         },
         _ => None,
@@ -194,7 +194,7 @@ fn torque_motion_ports(ports: &Ports) -> Option<TorqueMotionPorts> {
 }
 
 impl TorqueMotionPorts {
-    /// Outputs by inputs through reduced equations.
+    /// Response matrix of the reduced equations at ω, rad/s: outputs by inputs.
     fn reduced_response(
         &self,
         context: &AnalysisContext,
@@ -202,8 +202,8 @@ impl TorqueMotionPorts {
         omega: f64,
     ) -> Result<ComplexMatrix, Error> {
         let s = Complex::new(0.0, omega);
-        let sees = |dof: usize| matrices.project(&context.model.transform[dof]);
-        let loads: Vec<Vec<f64>> = self.inputs.iter().map(|&f| sees(f)).collect();
+        let project = |dof: usize| matrices.project(&context.model.transform[dof]);
+        let loads: Vec<Vec<f64>> = self.inputs.iter().map(|&f| project(f)).collect();
         let loads = ComplexMatrix::from_fn(matrices.len(), loads.len(), |i, j| {
             Complex::new(loads[j][i], 0.0)
         });
@@ -211,7 +211,7 @@ impl TorqueMotionPorts {
         let rows: Vec<(Vec<f64>, Complex)> = self
             .outputs
             .iter()
-            .map(|&(f, times)| (sees(f), s.powu(u32::from(times))))
+            .map(|&(f, derivatives)| (project(f), s.powu(u32::from(derivatives))))
             .collect();
         Ok(ComplexMatrix::from_fn(
             rows.len(),
@@ -224,11 +224,11 @@ impl TorqueMotionPorts {
         ))
     }
 
-    /// Coordinates that are loaded or measured, where each degree of freedom follows one alone.
+    /// Coordinates of the inputs and outputs; none if a degree of freedom depends on several.
     fn ports(&self, context: &AnalysisContext) -> Option<Vec<usize>> {
         let dofs = self.inputs.iter().copied();
-        let all = dofs.chain(self.outputs.iter().map(|o| o.0));
-        let mut ports = all
+        let port_dofs = dofs.chain(self.outputs.iter().map(|o| o.0));
+        let mut ports = port_dofs
             .map(|f| match context.model.transform[f][..] {
                 [(j, _)] => Some(j),
                 _ => None,
@@ -242,39 +242,39 @@ impl TorqueMotionPorts {
 
 type ReductionFn<'a> = Box<dyn Fn() -> Result<SystemMatrices, Error> + 'a>;
 
-/// Every reduction over its series of sizes.
+/// Reductions over their sequences of sizes.
 fn reductions<'a>(
     context: &'a AnalysisContext<'a>,
-    plain: &TorqueMotionPorts,
+    reduced_ports: &TorqueMotionPorts,
 ) -> Vec<(&'static str, ModelSize, ReductionFn<'a>)> {
-    let mut all: Vec<(&'static str, ModelSize, ReductionFn)> = Vec::new();
+    let mut reductions: Vec<(&'static str, ModelSize, ReductionFn)> = Vec::new();
     let elastic = context.basis.omega.len() - context.basis.n_rigid;
-    let ports = plain.ports(context);
+    let ports = reduced_ports.ports(context);
     if let Some(masters) = ports.clone() {
         let size = ModelSize::Coordinates(masters.len());
         let reduce = move || {
             let masters = masters.clone();
             Ok(ReducedModel::new(context, ReductionMethod::Guyan { masters })?.matrices)
         };
-        all.push(("static condensation", size, Box::new(reduce)));
+        reductions.push(("static condensation", size, Box::new(reduce)));
     }
-    let mut kept = 1;
-    while kept < elastic {
-        let truncated = move || Ok(truncated_modes(context, context.basis, kept));
-        all.push(("modes alone", ModelSize::Modes(kept), Box::new(truncated)));
+    let mut modes = 1;
+    while modes < elastic {
+        let truncated = move || Ok(truncated_modes(context, context.basis, modes));
+        reductions.push(("modes alone", ModelSize::Modes(modes), Box::new(truncated)));
         if let Some(ports) = ports.clone() {
             let boundary = ports.clone();
-            let with_rest = move || {
-                let (selection, ports) = (ModeSelection::Count(kept), ports.clone());
+            let with_residual = move || {
+                let (selection, ports) = (ModeSelection::Count(modes), ports.clone());
                 Ok(
                     ReducedModel::new(context, ReductionMethod::Modal { selection, ports })?
                         .matrices,
                 )
             };
             let name = "modes and static residual";
-            all.push((name, ModelSize::Modes(kept), Box::new(with_rest)));
-            let fixed = move || {
-                let (selection, boundary) = (ModeSelection::Count(kept), boundary.clone());
+            reductions.push((name, ModelSize::Modes(modes), Box::new(with_residual)));
+            let fixed_interface = move || {
+                let (selection, boundary) = (ModeSelection::Count(modes), boundary.clone());
                 Ok(ReducedModel::new(
                     context,
                     ReductionMethod::CraigBampton {
@@ -284,20 +284,20 @@ fn reductions<'a>(
                 )?
                 .matrices)
             };
-            all.push((
+            reductions.push((
                 "fixed-interface modes",
-                ModelSize::Modes(kept),
-                Box::new(fixed),
+                ModelSize::Modes(modes),
+                Box::new(fixed_interface),
             ));
         }
-        kept *= 2;
+        modes *= 2;
     }
-    all
+    reductions
 }
 
-/// The machine over its rigid motions and its lowest elastic modes.
-fn truncated_modes(context: &AnalysisContext, basis: &ModalBasis, kept: usize) -> SystemMatrices {
-    let columns = (basis.n_rigid + kept).min(basis.shapes.ncols());
+/// Machine in the coordinates of its rigid-body modes and lowest elastic modes.
+fn truncated_modes(context: &AnalysisContext, basis: &ModalBasis, modes: usize) -> SystemMatrices {
+    let columns = (basis.n_rigid + modes).min(basis.shapes.ncols());
     let transform = Matrix::from_fn(basis.shapes.nrows(), columns, |i, j| basis.shapes[(i, j)]);
     SystemMatrices::in_basis(context, transform, Vec::new(), basis.n_rigid)
 }

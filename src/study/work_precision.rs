@@ -1,8 +1,8 @@
 //! Work–precision study: integration methods against one reference solution.
 //!
 //! The error of an output is its largest difference from the reference over all samples, divided by the largest size of the
-//! reference; that of a run is the worst of its outputs. Nothing below the distance of the reference from its closest unrelated
-//! witness can be told, so no error is stated smaller. Times are the least of several repeats.
+//! reference; that of a run is the worst of its outputs. Errors below the difference of the reference from the closest
+//! independent solution cannot be resolved, so no smaller error is stated. Times are the minimum of several repeats.
 
 use super::method_run::{MIN_TOLERANCE, cost_ratio, relative_distance, run_method, step_sizes};
 use super::monitor::Monitor;
@@ -18,21 +18,21 @@ use crate::plan::motion::cost::{CostModel, check_memory};
 use crate::plan::motion::method_choice::find_methods;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// Error against run time of one scene.
+/// Work–precision results of one scene.
 pub struct WorkPrecisionResult {
     /// Reference of the errors.
     pub reference: ReferenceSolution,
-    /// Every rung of every method, run or not.
+    /// Runs of every method at every tolerance or step, completed or not.
     pub runs: Vec<WorkPrecisionRun>,
-    /// It ended before all were done.
+    /// True if the study was interrupted.
     pub interrupted: bool,
 }
 
-/// One rung of a method.
+/// Run of a method at one tolerance or step.
 pub struct WorkPrecisionRun {
-    /// The method.
+    /// Method name.
     pub method: &'static str,
-    /// Requested tolerance or step; absent for exact methods, and for those that take no step size at all.
+    /// Requested tolerance or step; absent for exact and unsupported methods, and for methods without a step size.
     pub step_size: Option<StepSize>,
     /// Outcome of the run.
     pub outcome: RunOutcome,
@@ -40,69 +40,69 @@ pub struct WorkPrecisionRun {
 
 /// Outcome of a run.
 pub enum RunOutcome {
-    /// It came to its end.
+    /// Completed run.
     Completed {
         /// Error of the run, not below that of the reference.
         error: f64,
-        /// The least time of its repeats, s.
+        /// Minimum run time of the repeats, s.
         seconds: f64,
         /// Statistics of the integration.
         stats: IntegrationStats,
     },
-    /// It did not, for this reason.
+    /// Failed run with its error.
     Failed(Error),
-    /// It was not begun, for this reason.
+    /// Skipped run with the reason.
     Skipped(String),
 }
 
-/// Recommendation for an error.
+/// Recommended run for an error bound.
 pub enum Recommendation<'a> {
-    /// The cheapest run that reaches it, and the cheapest of another method.
+    /// Cheapest run within the bound, and the cheapest one of another method.
     Cheapest(&'a WorkPrecisionRun, Option<&'a WorkPrecisionRun>),
-    /// None reaches it; this one comes nearest.
+    /// Run with the smallest error, if none is within the bound.
     Nearest(&'a WorkPrecisionRun),
-    /// No run came to its end.
+    /// No run was completed.
     Unavailable,
 }
 
-/// Seconds a rung may take, and all runs of one method for the reference.
+/// Default time limit, s, of a run, and of all runs of one method for the reference.
 pub const TIME_LIMIT: f64 = 10.0;
 
-/// Histories held at a time: those of the methods that may be the reference, and of the rung compared with it.
+/// Maximum number of histories in memory: those of the reference candidates, and that of the run compared with the reference.
 const MAX_HISTORIES: usize = 16;
 
-/// Runs every method. A rung that would take longer than `time_limit`, s, is not begun or given up. Ended early, it gives the runs
-/// that were finished.
+/// Runs every method. A run that would take longer than `time_limit`, s, is skipped or aborted. If interrupted, the study returns the
+/// completed runs.
 ///
 /// # Errors
 /// An unknown method; no method that could serve as the reference; `Interrupted` before there is one.
 pub fn work_precision(
     setup: &SimulationSetup,
     methods: &[String],
-    patience: f64,
+    time_limit: f64,
     monitor: &mut Monitor,
 ) -> Result<WorkPrecisionResult, Error> {
-    refuse(setup, methods)?;
-    let chosen: Vec<&'static IntegrationMethod> = match methods.is_empty() {
+    check_study(setup, methods)?;
+    let selection: Vec<&'static IntegrationMethod> = match methods.is_empty() {
         true => METHODS.iter().collect(),
         false => find_methods(methods)?,
     };
     let cost = CostModel::new(setup);
-    let reference = ReferenceSolution::compute_reference(setup, (&cost, patience), monitor)?;
-    let judge = RunCriteria {
+    let reference = ReferenceSolution::compute_reference(setup, (&cost, time_limit), monitor)?;
+    let criteria = RunCriteria {
         reference: &reference,
         cost,
-        time_limit: patience,
+        time_limit,
     };
     let mut runs = Vec::new();
-    for method in chosen {
+    for method in selection {
         match (method.unsupported_reason)(&setup.model.model) {
-            Some(why) => runs.push(WorkPrecisionRun {
+            Some(reason) => runs.push(WorkPrecisionRun {
                 method: method.name,
                 step_size: None,
-                outcome: RunOutcome::Skipped(why),
+                outcome: RunOutcome::Skipped(reason),
             }),
-            None => run_step_sizes(setup, method, &judge, monitor, &mut runs),
+            None => run_step_sizes(setup, method, &criteria, monitor, &mut runs),
         }
         if monitor.cancel.is_cancelled() {
             break;
@@ -115,73 +115,73 @@ pub fn work_precision(
     })
 }
 
-/// Refuses what can be known before any run.
+/// Checks methods and memory before any run.
 ///
 /// # Errors
-/// An unknown method; histories that would take more room than is allowed.
-pub fn refuse(setup: &SimulationSetup, methods: &[String]) -> Result<(), Error> {
+/// An unknown method; histories that exceed the memory limit.
+pub fn check_study(setup: &SimulationSetup, methods: &[String]) -> Result<(), Error> {
     find_methods(methods)?;
     check_memory(setup, MAX_HISTORIES)
 }
 
-/// Criteria that judge the runs.
+/// Reference and limits of the runs.
 struct RunCriteria<'a> {
     reference: &'a ReferenceSolution,
     cost: CostModel<'a>,
-    /// Seconds a rung may take.
+    /// Time limit of a run, s.
     time_limit: f64,
 }
 
-/// Every rung of a method, the coarsest first; those that would take too long are listed and not begun.
+/// Runs a method at every tolerance or step, the coarsest first; runs beyond the time limit are listed as skipped.
 fn run_step_sizes(
     setup: &SimulationSetup,
     method: &'static IntegrationMethod,
-    judge: &RunCriteria,
+    criteria: &RunCriteria,
     monitor: &mut Monitor,
     runs: &mut Vec<WorkPrecisionRun>,
 ) {
-    let mut dear = None;
-    for rung in step_sizes(setup, method) {
-        let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
-        let least = judge.cost.lower_bound(method, size);
-        let least = least.filter(|least| least.is_beyond(judge.time_limit));
-        dear = dear.or(least.map(|least| format!("not run: {}", least.text())));
-        let outcome = match &dear {
-            Some(why) => RunOutcome::Skipped(String::clone(why)),
+    let mut skip_reason = None;
+    for step_size in step_sizes(setup, method) {
+        let size = step_size.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+        let bound = criteria.cost.lower_bound(method, size);
+        let bound = bound.filter(|bound| bound.is_beyond(criteria.time_limit));
+        skip_reason = skip_reason.or(bound.map(|bound| format!("not run: {}", bound.text())));
+        let outcome = match &skip_reason {
+            Some(reason) => RunOutcome::Skipped(String::clone(reason)),
             None => {
-                let on = monitor.proceed(method.name);
-                let outcome = run(setup, method, rung, judge, monitor.cancel);
-                if !on || monitor.cancel.is_cancelled() {
+                let proceeds = monitor.proceed(method.name);
+                let outcome = run(setup, method, step_size, criteria, monitor.cancel);
+                if !proceeds || monitor.cancel.is_cancelled() {
                     return;
                 }
-                dear = outcome.skip_reason(method, judge.time_limit);
+                skip_reason = outcome.skip_reason(method, criteria.time_limit);
                 outcome
             }
         };
         runs.push(WorkPrecisionRun {
             method: method.name,
-            step_size: rung,
+            step_size,
             outcome,
         });
     }
 }
 
 impl RunOutcome {
-    /// Why the next finer rung is not worth beginning.
-    fn skip_reason(&self, method: &IntegrationMethod, patience: f64) -> Option<String> {
+    /// Reason to skip the next finer run; none if it fits the time limit.
+    fn skip_reason(&self, method: &IntegrationMethod, time_limit: f64) -> Option<String> {
         match self {
             RunOutcome::Completed { seconds, .. } => {
                 let next = cost_ratio(method) * seconds;
-                (next > patience).then(|| {
+                (next > time_limit).then(|| {
                     format!(
-                        "not run: the last took {}, the next would take about {}",
+                        "not run: the previous run took {}, this one would take about {}",
                         quantity::format_time(*seconds),
                         quantity::format_time(next)
                     )
                 })
             }
             RunOutcome::Failed(error) if error.code == Code::BudgetExceeded => {
-                Some("not run: the last was given up".to_string())
+                Some("not run: the previous run exceeded its time budget".to_string())
             }
             _ => None,
         }
@@ -189,7 +189,7 @@ impl RunOutcome {
 }
 
 impl WorkPrecisionRun {
-    /// Error, where the run was completed.
+    /// Error of a completed run.
     pub fn error(&self) -> Option<f64> {
         match self.outcome {
             RunOutcome::Completed { error, .. } => Some(error),
@@ -197,7 +197,7 @@ impl WorkPrecisionRun {
         }
     }
 
-    /// Run time, s, where the run was completed.
+    /// Run time of a completed run, s.
     pub fn seconds(&self) -> Option<f64> {
         match self.outcome {
             RunOutcome::Completed { seconds, .. } => Some(seconds),
@@ -205,32 +205,32 @@ impl WorkPrecisionRun {
         }
     }
 
-    /// Why it has no error.
+    /// Reason that the run has no error.
     pub fn reason(&self) -> Option<&str> {
         match &self.outcome {
             RunOutcome::Completed { .. } => None,
             RunOutcome::Failed(error) => Some(&error.message),
-            RunOutcome::Skipped(why) => Some(why),
+            RunOutcome::Skipped(reason) => Some(reason),
         }
     }
 }
 
 impl WorkPrecisionResult {
-    /// Recommends a method for an error.
+    /// Recommends a run for an error bound.
     pub fn recommend(&self, error: f64) -> Recommendation<'_> {
-        let reached = || {
-            let all = self.runs.iter();
-            all.filter(|r| r.error().is_some_and(|e| e <= error))
+        let candidates = || {
+            let runs = self.runs.iter();
+            runs.filter(|r| r.error().is_some_and(|e| e <= error))
         };
         let time = |run: &WorkPrecisionRun| run.seconds().unwrap_or(f64::INFINITY);
         let cheaper = |a: &&WorkPrecisionRun, b: &&WorkPrecisionRun| time(a).total_cmp(&time(b));
-        if let Some(best) = reached().min_by(cheaper) {
-            let others = reached().filter(|r| r.method != best.method);
-            return Recommendation::Cheapest(best, others.min_by(cheaper));
+        if let Some(cheapest) = candidates().min_by(cheaper) {
+            let others = candidates().filter(|r| r.method != cheapest.method);
+            return Recommendation::Cheapest(cheapest, others.min_by(cheaper));
         }
-        let ended = self.runs.iter().filter(|r| r.error().is_some());
-        let off = |run: &WorkPrecisionRun| run.error().unwrap_or(f64::INFINITY);
-        let nearest = ended.min_by(|a, b| off(a).total_cmp(&off(b)).then(cheaper(a, b)));
+        let runs = self.runs.iter().filter(|r| r.error().is_some());
+        let error_of = |run: &WorkPrecisionRun| run.error().unwrap_or(f64::INFINITY);
+        let nearest = runs.min_by(|a, b| error_of(a).total_cmp(&error_of(b)).then(cheaper(a, b)));
         nearest.map_or(Recommendation::Unavailable, Recommendation::Nearest)
     }
 }
@@ -238,26 +238,26 @@ impl WorkPrecisionResult {
 fn run(
     setup: &SimulationSetup,
     method: &'static IntegrationMethod,
-    rung: Option<StepSize>,
-    judge: &RunCriteria,
+    step_size: Option<StepSize>,
+    criteria: &RunCriteria,
     cancel: &CancelToken,
 ) -> RunOutcome {
-    let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+    let size = step_size.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
     let (outcome, seconds) = min_time(|| {
         let trial = run_method(
             setup,
             method,
             size,
             &setup.initial_state,
-            (cancel, judge.time_limit),
+            (cancel, criteria.time_limit),
         )?;
-        let error = relative_distance(&trial.values, &judge.reference.values);
-        let error = error.max(judge.reference.agreement().unwrap_or(0.0));
+        let error = relative_distance(&trial.values, &criteria.reference.values);
+        let error = error.max(criteria.reference.agreement().unwrap_or(0.0));
         match error.is_finite() {
             true => Ok((error, trial.stats)),
             false => Err(Error::new(
                 Code::Overflow,
-                "the motion grew beyond all numbers",
+                "the solution diverged (overflow)",
             )),
         }
     });

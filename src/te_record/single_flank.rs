@@ -86,11 +86,11 @@ impl<'a> SingleFlankRecord<'a> {
         if values.len() / MIN_SAMPLES_PER_PITCH < pitches {
             let per_pitch = values.len() as f64 / pitches as f64;
             let message = format!(
-                "{} samples over {pitches} pitches are {per_pitch:.2} a pitch",
+                "{} samples over {pitches} pitches are {per_pitch:.2} per pitch",
                 values.len()
             );
             return Err(Error::new(Code::TooShort, message).with_hint(
-                "at least 2 are needed to separate the mesh order from its aliases, 20 or more for the form of a tooth",
+                "record at least 2 to separate the mesh order from its aliases, 20 or more for the form of a tooth",
             ));
         }
         Ok(SingleFlankRecord {

@@ -1,29 +1,29 @@
 //! Peak-to-peak values in sliding and adjacent windows of a record.
 //!
-//! Between samples the record is taken as straight, so that a window need not be a whole number of samples wide.
+//! The record is interpolated linearly, so that the window width need not be a whole number of samples.
 
 use crate::numeric::statistics::peak_to_peak;
 
-/// Ranges of a record inside windows of one width.
+/// Peak-to-peak values of a record in windows of one width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WindowedRanges {
-    /// The largest over every place the window can be slid to.
+    /// Maximum over all positions of a sliding window.
     pub sliding: f64,
-    /// The largest over windows end to end, the first beginning at the first sample.
+    /// Maximum over adjacent windows, the first of which begins at the first sample.
     pub fixed: f64,
-    /// Those windows one by one.
+    /// Peak-to-peak value of each adjacent window.
     pub each: Vec<f64>,
 }
 
-/// Ranges in windows of which `count` end to end make the record; a `closed` record goes on at its start after its end.
+/// Peak-to-peak values in windows of which `count` adjacent ones make the record; a `closed` record is periodic.
 ///
 /// An open record ends with its last sample, so its last window is one sample step short.
 ///
 /// # Panics
-/// No windows at all: a mistake of the caller.
+/// If `count` is zero.
 pub fn windowed_ranges(values: &[f64], count: usize, closed: bool) -> WindowedRanges {
     assert!(count > 0, "at least one window");
-    let each = end_to_end(values, count, closed);
+    let each = adjacent_ranges(values, count, closed);
     let fixed = each.iter().fold(0.0, |m: f64, &r| m.max(r));
     let sliding = match count == 1 {
         true => peak_to_peak(values),
@@ -36,24 +36,24 @@ pub fn windowed_ranges(values: &[f64], count: usize, closed: bool) -> WindowedRa
     }
 }
 
-/// The record at `whole + part/of` samples.
-fn interpolate_at(values: &[f64], whole: usize, part: usize, of: usize, closed: bool) -> f64 {
+/// Record at `index + part/count` samples, by linear interpolation.
+fn interpolate(values: &[f64], index: usize, part: usize, count: usize, closed: bool) -> f64 {
     let n = values.len();
-    let at = |i: usize| match closed {
+    let sample = |i: usize| match closed {
         true => values[i % n],
         false => values[i.min(n - 1)],
     };
-    let share = part as f64 / of as f64;
+    let share = part as f64 / count as f64;
     match part {
-        0 => at(whole),
-        _ => at(whole) + share * (at(whole + 1) - at(whole)),
+        0 => sample(index),
+        _ => sample(index) + share * (sample(index + 1) - sample(index)),
     }
 }
 
-/// Least and greatest of nothing.
-const NONE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+/// Minimum and maximum of an empty set.
+const EMPTY: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
-/// Least and greatest with one more value, which is a number.
+/// Minimum and maximum with one more value, which is not NaN.
 fn widen((low, high): (f64, f64), x: f64) -> (f64, f64) {
     (
         if x < low { x } else { low },
@@ -61,75 +61,75 @@ fn widen((low, high): (f64, f64), x: f64) -> (f64, f64) {
     )
 }
 
-fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
+fn adjacent_ranges(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
     let n = values.len();
     if n == 0 {
         return vec![0.0; count];
     }
-    // The border before window j lies at j·n/count samples; whole and broken part apart, so that nothing is rounded.
-    let border = |j: usize| {
-        let exact = j as u64 * n as u64;
-        let (whole, part) = (exact / count as u64, exact % count as u64);
-        (whole as usize, part as usize)
+    // Window j begins at j·n/count samples; integer quotient and remainder avoid rounding.
+    let boundary = |j: usize| {
+        let product = j as u64 * n as u64;
+        let (index, remainder) = (product / count as u64, product % count as u64);
+        (index as usize, remainder as usize)
     };
     let window = |j: usize| {
-        let ((from, from_part), (to, to_part)) = (border(j), border(j + 1));
+        let ((from, from_part), (to, to_part)) = (boundary(j), boundary(j + 1));
         let ends = [
-            interpolate_at(values, from, from_part, count, closed),
-            interpolate_at(values, to, to_part, count, closed),
+            interpolate(values, from, from_part, count, closed),
+            interpolate(values, to, to_part, count, closed),
         ];
         let inside = &values[(from + usize::from(from_part > 0)).min(n)..(to + 1).min(n)];
         let range = ends.into_iter().chain(inside.iter().copied());
-        let (low, high) = range.fold(NONE, widen);
+        let (low, high) = range.fold(EMPTY, widen);
         high - low
     };
     (0..count).map(window).collect()
 }
 
-/// The largest difference between two places at most one window apart. The record is straight between samples, so such a pair has
-/// both places on samples, or one on a sample and the other a whole window away.
+/// Largest difference between two positions at most one window apart. Since the record is linear between samples, both positions lie on
+/// samples, or one on a sample and the other exactly one window away.
 fn sliding(values: &[f64], count: usize, closed: bool) -> f64 {
     let n = values.len();
-    let (whole, part) = (n / count, n % count);
-    let share = part as f64 / count as f64;
-    let last = if closed { n + whole } else { n };
-    let at = |i: usize| values[if i < n { i } else { i - n }];
-    // Extremes of whole + 1 samples: of the end of one block of that length and the beginning of the next (van Herk, Pattern Recognition
-    // Letters 13 (1992) 517).
-    let width = (whole + 1).min(last);
-    // Extremes of each sample of the block before and of those after it there.
-    let mut ends = vec![NONE; width + 1];
+    let (quotient, remainder) = (n / count, n % count);
+    let share = remainder as f64 / count as f64;
+    let last = if closed { n + quotient } else { n };
+    let sample = |i: usize| values[if i < n { i } else { i - n }];
+    // Extremes of quotient + 1 samples, from the suffix of one block of that length and the prefix of the next (van Herk, Pattern
+    // Recognition Letters 13 (1992) 517).
+    let width = (quotient + 1).min(last);
+    // Extremes from each sample of the previous block to its end.
+    let mut suffixes = vec![EMPTY; width + 1];
     let mut block = Vec::with_capacity(width);
     let mut largest = 0.0f64;
     for start in (0..last).step_by(width) {
         block.clear();
-        block.extend((start..(start + width).min(last)).map(at));
-        let mut seen = NONE;
-        for (&x, end) in block.iter().zip(&ends[1..]) {
-            seen = widen(seen, x);
-            let low = if end.0 < seen.0 { end.0 } else { seen.0 };
-            let high = if end.1 > seen.1 { end.1 } else { seen.1 };
+        block.extend((start..(start + width).min(last)).map(sample));
+        let mut prefix = EMPTY;
+        for (&x, tail) in block.iter().zip(&suffixes[1..]) {
+            prefix = widen(prefix, x);
+            let low = if tail.0 < prefix.0 { tail.0 } else { prefix.0 };
+            let high = if tail.1 > prefix.1 { tail.1 } else { prefix.1 };
             largest = largest.max(high - low);
         }
-        let mut seen = NONE;
-        for (&x, end) in block.iter().zip(&mut ends).rev() {
-            seen = widen(seen, x);
-            *end = seen;
+        let mut suffix = EMPTY;
+        for (&x, tail) in block.iter().zip(&mut suffixes).rev() {
+            suffix = widen(suffix, x);
+            *tail = suffix;
         }
     }
-    if part > 0 {
+    if remainder > 0 {
         let starts = if closed {
             n
         } else {
-            n.saturating_sub(whole + 1)
+            n.saturating_sub(quotient + 1)
         };
         let wrapped = |i: usize| values[i % n];
         for i in 0..starts {
-            let (near, far) = (wrapped(i + whole), wrapped(i + whole + 1));
-            // From sample i a window on, and from the sample beyond a window back.
-            largest = largest.max((near + share * (far - near) - values[i]).abs());
+            let (before, after) = (wrapped(i + quotient), wrapped(i + quotient + 1));
+            // One window forward from sample i, and one window back from the next sample after it.
+            largest = largest.max((before + share * (after - before) - values[i]).abs());
             let back = wrapped(i + 1) + share * (values[i] - wrapped(i + 1));
-            largest = largest.max((far - back).abs());
+            largest = largest.max((after - back).abs());
         }
     }
     largest

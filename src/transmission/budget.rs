@@ -1,8 +1,8 @@
 //! Error budget of a chain: worst case, root sum square, effect of each element.
 //!
-//! Sources are independent; the harmonics of one source share its unknown phase: turned by θ, the one of n cycles moves on by nθ.
-//! Worst case `Σ A (1 + t)`, all crests together and every amplitude at the upper end of its tolerance t; root of sum of squares `√Σ A²`
-//! of the amplitudes as they are stated. The range over a window is F_i′.
+//! Sources are independent; the harmonics of one source share its unknown phase: a rotation by θ shifts the harmonic of n cycles by nθ.
+//! Worst case `Σ A (1 + t)`: all crests coincide, and every amplitude is at the upper limit of its tolerance t. Root sum square `√Σ A²`
+//! of the stated amplitudes. The peak-to-peak value over a window is F_i′.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -10,16 +10,16 @@ use super::order_lines::{LineOrigin, OrderLine};
 use super::range_distribution::{ErrorSource, HarmonicTerm, RangeDistribution, range_distribution};
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::numeric::sorting::rising_order;
+use crate::numeric::sorting::ascending_order;
 
-/// Sums over all sources.
+/// Error budget over all sources.
 #[derive(Debug, Clone)]
 pub struct ErrorBudget {
-    /// Every crest at once, at the end of every tolerance, rad zero to peak.
+    /// Worst case: all crests coincide at the upper tolerance limits, rad zero to peak.
     pub worst_case: f64,
-    /// rad zero to peak.
+    /// Root sum square, rad zero to peak.
     pub rss: f64,
-    /// The range over the window.
+    /// Distribution of the peak-to-peak value over the window.
     pub range: RangeDistribution,
     /// Contributions of the elements.
     pub elements: Vec<ElementSensitivity>,
@@ -30,16 +30,16 @@ pub struct ErrorBudget {
 pub struct ElementSensitivity {
     /// Share of the sum of squares.
     pub share: f64,
-    /// Off the root of the sum of squares, as a share of it, with amplitudes 1/√2 of what they are: one ISO grade better. Absent where
-    /// nothing of the element has a grade.
+    /// Relative reduction of the root sum square if the amplitudes are 1/√2 of their values, one ISO grade finer; absent if no error of
+    /// the element has a grade.
     pub one_grade_finer: Option<f64>,
-    /// The same without the element.
-    pub rss_without: f64,
-    /// Off the worst case without the element.
-    pub worst_without: f64,
+    /// Relative reduction of the root sum square without the element.
+    pub rss_reduction: f64,
+    /// Relative reduction of the worst case without the element.
+    pub worst_case_reduction: f64,
 }
 
-/// Adds up `terms` of `sources` over `window` turns of the output; a lattice of `points` points is shifted eight times.
+/// Error budget of the `terms` of `sources` over `window` revolutions of the output; a lattice of `points` points is shifted eight times.
 pub fn error_budget(
     terms: &[HarmonicTerm],
     sources: &[ErrorSource],
@@ -60,16 +60,16 @@ pub fn error_budget(
         sums[source.element] += term.value.norm() * (1.0 + source.tolerance);
     }
     let (total, worst): (f64, f64) = (squares.iter().sum(), sums.iter().sum());
-    let of = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+    let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
     let sensitivity = |e: usize| {
-        let share = of(squares[e], total);
-        let off = |share: f64, kept: f64| 1.0 - (1.0 - share * (1.0 - kept)).max(0.0).sqrt();
-        let better = |square| off(of(square, total), FRAC_1_SQRT_2 * FRAC_1_SQRT_2);
+        let share = ratio(squares[e], total);
+        let loss = |share: f64, square: f64| 1.0 - (1.0 - share * (1.0 - square)).max(0.0).sqrt();
+        let finer = |square| loss(ratio(square, total), FRAC_1_SQRT_2 * FRAC_1_SQRT_2);
         ElementSensitivity {
             share,
-            one_grade_finer: graded[e].map(better),
-            rss_without: off(share, 0.0),
-            worst_without: of(sums[e], worst),
+            one_grade_finer: graded[e].map(finer),
+            rss_reduction: loss(share, 0.0),
+            worst_case_reduction: ratio(sums[e], worst),
         }
     };
     ErrorBudget {
@@ -80,11 +80,11 @@ pub fn error_budget(
     }
 }
 
-/// Lattice points a shift of the percentiles.
+/// Lattice points per shift for the percentiles.
 const LATTICE_POINTS: usize = 61;
 
-/// Budget of the lines of a machine with their A and ψ over `window` turns of the output, and the names of its elements: each declared error
-/// is a source, errors on one node are one element.
+/// Error budget of the lines of a machine, with A and ψ in `values`, over `window` revolutions of the output, and the names of its elements.
+/// Each declared error is a source; the errors on one node form one element.
 pub fn line_budget(
     machine: &Machine,
     lines: &[OrderLine],
@@ -95,14 +95,14 @@ pub fn line_budget(
     let mut elements: Vec<String> = Vec::new();
     let mut terms = Vec::new();
     for (line, &value) in lines.iter().zip(values) {
-        let known = sources.iter().position(|s| s.0 == line.origin);
-        let source = known.unwrap_or_else(|| {
+        let index = sources.iter().position(|s| s.0 == line.origin);
+        let source = index.unwrap_or_else(|| {
             let name = match line.origin {
                 LineOrigin::Declared(number) => machine.errors[number].element.clone(),
                 LineOrigin::Stiffness(branch) => machine.branch_name(branch),
             };
-            let known = elements.iter().position(|e| *e == name);
-            let element = known.unwrap_or_else(|| {
+            let index = elements.iter().position(|e| *e == name);
+            let element = index.unwrap_or_else(|| {
                 elements.push(name);
                 elements.len() - 1
             });
@@ -129,21 +129,21 @@ pub fn line_budget(
     )
 }
 
-/// Elements that together change the root of the sum of squares by no more than `threshold` of it, the smallest first, and what leaving
-/// them out takes off the root of the sum of squares and off the worst case.
+/// Elements that together change the root sum square by at most the share `threshold`, the smallest first, and the relative reductions
+/// of the root sum square and of the worst case without them.
 pub fn negligible(elements: &[ElementSensitivity], threshold: f64) -> (Vec<usize>, f64, f64) {
-    let order = rising_order(elements.iter().map(|e| e.share));
-    let (mut out, mut share, mut worst) = (Vec::new(), 0.0, 0.0);
+    let order = ascending_order(elements.iter().map(|e| e.share));
+    let (mut omitted, mut share, mut worst) = (Vec::new(), 0.0, 0.0);
     for e in order {
-        let with = share + elements[e].share;
-        if 1.0 - (1.0 - with).max(0.0).sqrt() > threshold {
+        let sum = share + elements[e].share;
+        if 1.0 - (1.0 - sum).max(0.0).sqrt() > threshold {
             break;
         }
-        share = with;
-        worst += elements[e].worst_without;
-        out.push(e);
+        share = sum;
+        worst += elements[e].worst_case_reduction;
+        omitted.push(e);
     }
-    (out, 1.0 - (1.0 - share).max(0.0).sqrt(), worst)
+    (omitted, 1.0 - (1.0 - share).max(0.0).sqrt(), worst)
 }
 
 #[cfg(test)]
@@ -173,27 +173,27 @@ mod tests {
     /// 2 sin(πp/2), and the range twice that.
     #[test]
     fn exact_two_unknown_phases() {
-        let found = error_budget(
+        let budget = error_budget(
             &[term(0, 1.0, 1.0), term(1, 1.0, 1.0)],
             &[0, 1].map(unknown),
             1.0,
             1000,
         );
-        for (p, value, error) in &found.range.percentiles {
+        for (p, value, error) in &budget.range.percentiles {
             let exact = 4.0 * (std::f64::consts::FRAC_PI_2 * f64::from(*p) / 100.0).sin();
             assert!(
                 (value - exact).abs() < 0.01 && *error < 0.01,
                 "{p}: {value} {exact} {error}"
             );
         }
-        assert_eq!((found.worst_case, found.rss), (2.0, 2f64.sqrt()));
-        assert!((found.elements[0].share - 0.5).abs() < 1e-15);
+        assert_eq!((budget.worst_case, budget.rss), (2.0, 2f64.sqrt()));
+        assert!((budget.elements[0].share - 0.5).abs() < 1e-15);
         assert!(
-            (found.elements[0].one_grade_finer.unwrap() - (1.0 - 0.75f64.sqrt())).abs() < 1e-15
+            (budget.elements[0].one_grade_finer.unwrap() - (1.0 - 0.75f64.sqrt())).abs() < 1e-15
         );
     }
 
-    /// One line whose amplitude lies anywhere within a half of it: the range is uniform between 1 and 3.
+    /// One line with an amplitude tolerance of a half: the range is uniform between 1 and 3.
     #[test]
     fn exact_tolerance() {
         let source = ErrorSource {
@@ -202,15 +202,15 @@ mod tests {
             tolerance: 0.5,
             graded: false,
         };
-        let found = error_budget(&[term(0, 3.0, 1.0)], &[source], 1.0, 1000);
-        for (p, value, _) in &found.range.percentiles {
+        let budget = error_budget(&[term(0, 3.0, 1.0)], &[source], 1.0, 1000);
+        for (p, value, _) in &budget.range.percentiles {
             assert!(
                 (value - (1.0 + 2.0 * f64::from(*p) / 100.0)).abs() < 0.02,
                 "{p}: {value}"
             );
         }
-        assert_eq!(found.worst_case, 1.5);
-        assert_eq!(found.elements[0].one_grade_finer, None);
+        assert_eq!(budget.worst_case, 1.5);
+        assert_eq!(budget.elements[0].one_grade_finer, None);
     }
 
     /// Omitting elements costs no more than the reported loss.
@@ -218,10 +218,10 @@ mod tests {
     fn law_what_is_left_out_costs_what_is_said() {
         let terms = [term(0, 1.0, 10.0), term(1, 5.0, 1.0), term(2, 7.0, 0.5)];
         let full = error_budget(&terms, &[0, 1, 2].map(unknown), 1.0, 61);
-        let (out, off, worst) = negligible(&full.elements, 0.01);
-        assert_eq!(out, [2, 1]);
-        let kept = error_budget(&terms[..1], &[0, 1, 2].map(unknown), 1.0, 61);
-        assert!((kept.rss - full.rss * (1.0 - off)).abs() < 1e-12);
-        assert!((kept.worst_case - full.worst_case * (1.0 - worst)).abs() < 1e-12);
+        let (omitted, loss, worst) = negligible(&full.elements, 0.01);
+        assert_eq!(omitted, [2, 1]);
+        let reduced = error_budget(&terms[..1], &[0, 1, 2].map(unknown), 1.0, 61);
+        assert!((reduced.rss - full.rss * (1.0 - loss)).abs() < 1e-12);
+        assert!((reduced.worst_case - full.worst_case * (1.0 - worst)).abs() < 1e-12);
     }
 }

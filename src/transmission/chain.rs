@@ -1,7 +1,7 @@
 //! Transmission chain from driver to output, `θ_out = i θ_driver + Σ T_b e_b`.
 //!
-//! Every joint is taken as rigid, `wᵀq = e`. The ratios are exact fractions; so is `T_b` but for the size of its branch. Where joints
-//! close a loop, their e must fit: what they must satisfy, `Σ c_b e_b = 0`, comes out of the same elimination.
+//! Every joint is rigid, `wᵀq = e`. The ratios are exact fractions, and so is `T_b` except for the scale of its branch. In a closed
+//! loop the e must be compatible: the conditions `Σ c_b e_b = 0` follow from the same elimination.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -16,35 +16,35 @@ use crate::numeric::fraction::Fraction;
 /// Ends of a transmission chain: an output alone, or relative to its ideal position from a second degree of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChainEnds {
-    /// The degree of freedom whose angle is prescribed.
+    /// Degree of freedom whose angle is prescribed.
     pub driver: usize,
-    /// The degree of freedom whose error is wanted: an angle, or the travel of a slide.
+    /// Degree of freedom whose error is computed: an angle, or the travel of a slide.
     pub output: usize,
-    /// The degree of freedom it should turn with.
+    /// Degree of freedom with which the output should turn.
     pub relative_to: Option<usize>,
 }
 
-/// A train from a driven end to an output, with the ratio between them.
+/// Transmission chain from a driver to an output, with the ratio between them.
 #[derive(Debug, Clone)]
 pub struct TransmissionChain {
     /// Ends of the chain.
     pub ends: ChainEnds,
-    /// The angle orders are counted by: the output's, of a slide that of the screw that moves it.
+    /// Degree of freedom whose revolutions count the orders: the output, of a slide the screw that moves it.
     pub order_reference: usize,
-    /// Degrees of freedom that do not err: the driver, and of a machine with several independent motions those with stated
-    /// speeds.
+    /// Degrees of freedom without error: the driver, and those with stated speeds if the machine has several independent
+    /// motions.
     pub fixed: Vec<usize>,
-    /// `Σ a q` whose deviation is the error: the output, less the ratio times the other end.
+    /// Sum `Σ a q` whose deviation is the error: the output less the ratio times the other end.
     pub combination: Vec<(usize, f64)>,
-    /// Motion of every degree of freedom per angle of `order_reference`; absent where it does not follow from the driver's.
-    turns: Vec<Option<Fraction>>,
-    /// `T_b`, by branch; of those alone that carry an error.
+    /// Motion of every degree of freedom per angle of `order_reference`; absent if the driver does not determine it.
+    ratios: Vec<Option<Fraction>>,
+    /// Transmission factor `T_b` by branch, only of branches with an error.
     transmission: Vec<(usize, f64)>,
     /// Compatibility conditions on errors in loops: `Σ c e = 0`.
     pub loop_conditions: Vec<Vec<(usize, f64)>>,
 }
 
-/// The direction of a branch on the flank that carries; absent where it is open.
+/// Direction of a branch on its loaded flank; absent if the contact is open or the stiffness is zero.
 pub fn carrying_direction<'a>(
     machine: &'a Machine,
     operating: &OperatingPoint,
@@ -62,10 +62,10 @@ pub fn carrying_direction<'a>(
 }
 
 impl TransmissionChain {
-    /// Solves the joints.
+    /// Solves the rigid joints.
     ///
     /// # Errors
-    /// An end that does not turn with the driver, or whose ratio no fraction gives; an open contact on the way.
+    /// An end that does not turn with the driver, or has no rational ratio to it; an open contact in the chain.
     pub fn new(
         machine: &Machine,
         operating: &OperatingPoint,
@@ -76,9 +76,9 @@ impl TransmissionChain {
             .into_iter()
             .flatten()
         {
-            let may_slide = dof != ends.driver && machine.is_slide(dof);
-            if !machine.dofs[dof].axis.is_rotation() && !may_slide {
-                let message = format!("{} is no angle", machine.dof_name(dof));
+            let is_slide = dof != ends.driver && machine.is_slide(dof);
+            if !machine.dofs[dof].axis.is_rotation() && !is_slide {
+                let message = format!("{} is not an angle", machine.dof_name(dof));
                 return Err(Error::new(Code::UnknownDof, message)
                     .with_hint("transmission errors are of angles, and of slides that screws move: name a node"));
             }
@@ -91,16 +91,16 @@ impl TransmissionChain {
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("name another node as the driver, or as the one it should turn with"));
         }
-        let turning = speed_constraints(machine, ends.driver);
-        let per = order_reference(machine, ends.output)?;
-        let turns: Vec<Option<Fraction>> = (0..n).map(|i| turning.exact_ratio(i, per)).collect();
-        let moves = |dof: usize| turns[dof].as_ref().filter(|t| !t.is_zero());
+        let joints = speed_constraints(machine, ends.driver);
+        let base = order_reference(machine, ends.output)?;
+        let ratios: Vec<Option<Fraction>> = (0..n).map(|i| joints.exact_ratio(i, base)).collect();
+        let motion = |dof: usize| ratios[dof].as_ref().filter(|t| !t.is_zero());
         for dof in [Some(ends.driver), ends.relative_to].into_iter().flatten() {
-            if moves(dof).is_none() {
+            if motion(dof).is_none() {
                 return Err(not_coupled_error(machine, operating, ends.output, dof));
             }
         }
-        let Some(output) = moves(ends.output) else {
+        let Some(output) = motion(ends.output) else {
             return Err(not_coupled_error(
                 machine,
                 operating,
@@ -109,15 +109,15 @@ impl TransmissionChain {
             ));
         };
         let mut combination = vec![(ends.output, 1.0)];
-        if let Some((against, turns)) = ends.relative_to.and_then(|a| Some((a, moves(a)?))) {
-            combination.push((against, -(output / turns).to_f64()));
+        if let Some((other, ratio)) = ends.relative_to.and_then(|a| Some((a, motion(a)?))) {
+            combination.push((other, -(output / ratio).to_f64()));
         }
         let mut chain = TransmissionChain {
             ends,
-            order_reference: per,
+            order_reference: base,
             fixed: vec![ends.driver],
             combination,
-            turns,
+            ratios,
             transmission: Vec::new(),
             loop_conditions: Vec::new(),
         };
@@ -125,28 +125,28 @@ impl TransmissionChain {
         Ok(chain)
     }
 
-    /// Motion of a degree of freedom per angle of `order_reference`, with its sign; absent where it does not follow.
+    /// Motion of a degree of freedom per angle of `order_reference`, with its sign; absent if the driver does not determine it.
     pub fn ratio(&self, dof: usize) -> Option<&Fraction> {
-        self.turns[dof].as_ref()
+        self.ratios[dof].as_ref()
     }
 
-    /// `T_b`: motion of the output, positive in the sense it goes while the driver turns forward, per displacement of a branch.
+    /// Transmission factor `T_b`: motion of the output per displacement of a branch, positive in the sense of forward driver rotation.
     pub fn transmission(&self, branch: usize) -> f64 {
         (self.transmission.iter().find(|t| t.0 == branch)).map_or(0.0, |t| t.1)
     }
 
-    /// +1 where the output goes forward with the driver, −1 where backward.
+    /// +1 if the output moves forward when the driver does, −1 if backward.
     pub fn output_sense(&self) -> f64 {
         self.reference_sense() * self.sign(self.ends.output)
     }
 
-    /// The same of `order_reference`.
+    /// +1 if `order_reference` turns forward when the driver does, −1 if backward.
     pub fn reference_sense(&self) -> f64 {
         self.sign(self.ends.driver)
     }
 
     fn sign(&self, dof: usize) -> f64 {
-        let backward = (self.turns[dof].as_ref()).is_some_and(Fraction::is_negative);
+        let backward = (self.ratios[dof].as_ref()).is_some_and(Fraction::is_negative);
         if backward { -1.0 } else { 1.0 }
     }
 
@@ -156,36 +156,36 @@ impl TransmissionChain {
         operating: &OperatingPoint,
     ) -> Result<(), Error> {
         let n = machine.dofs.len();
-        let mut carriers: Vec<usize> = Vec::new();
+        let mut sources: Vec<usize> = Vec::new();
         for act in machine.errors.iter().flat_map(|error| &error.acts) {
-            if !carriers.contains(&act.branch)
+            if !sources.contains(&act.branch)
                 && carrying_direction(machine, operating, act.branch).is_some()
             {
-                carriers.push(act.branch);
+                sources.push(act.branch);
             }
         }
-        let mut joints = ExactConstraints::with_prescribed(n, carriers.len());
-        // Short rows first: what ground holds drops out before meshes are looked at.
+        let mut joints = ExactConstraints::with_prescribed(n, sources.len());
+        // Short rows first: grounded degrees of freedom are eliminated before the meshes.
         let mut rows: Vec<(usize, &Direction)> = (0..machine.branches.len())
             .filter_map(|b| Some((b, carrying_direction(machine, operating, b)?)))
             .collect();
         rows.sort_by_key(|(_, direction)| direction.terms.len());
         for (branch, direction) in &rows {
             let mut row = direction.terms.clone();
-            if let Some(at) = carriers.iter().position(|c| c == branch) {
-                row.push((n + at, -1.0));
+            if let Some(k) = sources.iter().position(|c| c == branch) {
+                row.push((n + k, -1.0));
             }
             joints.impose(&row);
         }
         joints.impose(&[(self.ends.driver, 1.0)]);
-        // What still turns freely goes as its stated speed says.
+        // A degree of freedom that is still free follows its stated speed.
         for &(dof, _) in &machine.speeds {
             if joints.combination(dof).iter().any(|t| t.0 < n) {
                 joints.impose(&[(dof, 1.0)]);
                 self.fixed.push(dof);
             }
         }
-        let mut sum = vec![0.0; carriers.len()];
+        let mut sum = vec![0.0; sources.len()];
         for &(dof, a) in &self.combination {
             for (j, b) in joints.combination(dof) {
                 if j < n {
@@ -194,24 +194,24 @@ impl TransmissionChain {
                 sum[j - n] += a * b;
             }
         }
-        let scale = |at: usize| {
-            carrying_direction(machine, operating, carriers[at])
+        let scale = |k: usize| {
+            carrying_direction(machine, operating, sources[k])
                 .map_or(1.0, |direction| direction.scale)
         };
         let sense = self.output_sense();
-        // Of a relative error the paths common to both ends cancel to rounding.
+        // In a relative error the paths common to both ends cancel to rounding.
         let largest = sum.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-        self.transmission = (0..carriers.len())
-            .filter(|&at| sum[at].abs() > 1e-13 * largest)
-            .map(|at| (carriers[at], sense * sum[at] / scale(at)))
+        self.transmission = (0..sources.len())
+            .filter(|&k| sum[k].abs() > 1e-13 * largest)
+            .map(|k| (sources[k], sense * sum[k] / scale(k)))
             .collect();
-        for at in 0..carriers.len() {
-            let made_of = joints.combination(n + at);
-            if made_of != [(n + at, 1.0)] {
-                let others = made_of
+        for k in 0..sources.len() {
+            let combination = joints.combination(n + k);
+            if combination != [(n + k, 1.0)] {
+                let others = combination
                     .iter()
-                    .map(|&(j, a)| (carriers[j - n], -a / scale(j - n)));
-                let row = std::iter::once((carriers[at], 1.0 / scale(at))).chain(others);
+                    .map(|&(j, a)| (sources[j - n], -a / scale(j - n)));
+                let row = std::iter::once((sources[k], 1.0 / scale(k))).chain(others);
                 self.loop_conditions.push(row.collect());
             }
         }
@@ -219,32 +219,32 @@ impl TransmissionChain {
     }
 }
 
-/// The angle that orders at an end are counted by.
+/// Degree of freedom whose revolutions count the orders of an output.
 fn order_reference(machine: &Machine, output: usize) -> Result<usize, Error> {
     if machine.dofs[output].axis.is_rotation() {
         return Ok(output);
     }
-    let moved_by = machine.branches.iter().find(|branch| {
+    let screw = machine.branches.iter().find(|branch| {
         let kind = machine.elements[branch.element].kind;
         kind == "screw" && branch.direction.terms.iter().any(|t| t.0 == output)
     });
-    let terms = moved_by.map_or(&[][..], |branch| &branch.direction.terms);
-    let turning = (terms.iter()).find(|t| machine.dofs[t.0].axis.is_rotation());
-    turning.map(|t| t.0).ok_or_else(|| {
+    let terms = screw.map_or(&[][..], |branch| &branch.direction.terms);
+    let rotation = (terms.iter()).find(|t| machine.dofs[t.0].axis.is_rotation());
+    rotation.map(|t| t.0).ok_or_else(|| {
         let message = format!("no screw moves {}", machine.dof_name(output));
         Error::new(Code::UndeterminedSpeed, message)
             .with_hint("join it to what turns by a [[screw]]")
     })
 }
 
-/// An end that does not turn with another.
+/// Error for an end that does not turn with another.
 fn not_coupled_error(
     machine: &Machine,
     operating: &OperatingPoint,
-    one: usize,
-    other: usize,
+    first: usize,
+    second: usize,
 ) -> Error {
-    let [one, other] = [one, other].map(|dof| machine.dof_name(dof));
+    let [first, second] = [first, second].map(|dof| machine.dof_name(dof));
     let open = (operating.contacts.iter()).find(|contact| contact.1 == ActiveFlank::Open);
     if open.is_none() {
         let joints: Vec<(usize, &[(usize, f64)])> = (0..machine.branches.len())
@@ -262,13 +262,13 @@ fn not_coupled_error(
     let (message, hint) = match open {
         Some(&(branch, ..)) => (
             format!(
-                "{one} does not turn with {other}: {} is open under the mean loads",
+                "{first} does not turn with {second}: {} is open under the mean loads",
                 machine.branch_name(branch)
             ),
             "state loads that close it",
         ),
         None => (
-            format!("{one} and {other} do not turn in a ratio of whole numbers"),
+            format!("{first} and {second} do not turn in a ratio of whole numbers"),
             "one of them is held or free, or several motions are open: state in [speed] the speeds of all that turn independently; 0 rpm where it does not turn",
         ),
     };

@@ -1,6 +1,6 @@
 //! Exact transmission error of an involute pair with an eccentric second gear.
 //!
-//! To first order it is a wave of amplitude e along the line of action; the second is of the order of e²/a, some thousandths of that.
+//! The first-order term has amplitude e along the line of action; the second-order term, about e²/a, is some thousandths of that.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use crate::machine::components::{Gear, Machine};
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
-/// A pair of external involute gears, the second off its axis.
+/// Pair of external involute gears; the second rotates about an axis offset from its own.
 #[derive(Debug, Clone, Copy)]
 pub struct EccentricPair {
     base: [f64; 2],
@@ -19,20 +19,20 @@ pub struct EccentricPair {
     offset: f64,
 }
 
-/// Samples of a turn of the eccentric gear.
+/// Number of samples per revolution of the eccentric gear.
 const SAMPLES: usize = 64;
 
 impl EccentricPair {
-    /// Base radii, centre distance and offset, m.
+    /// Pair with base radii, centre distance and offset, m.
     ///
     /// # Errors
-    /// Base circles that touch or overlap at the least distance: no line of action is left.
+    /// Base circles that touch or overlap at the smallest distance: there is no line of action.
     pub fn new(base: [f64; 2], distance: f64, offset: f64) -> Result<EccentricPair, Error> {
-        let sizes = base
+        let is_positive = base
             .iter()
             .chain([&distance])
             .all(|x| x.is_finite() && *x > 0.0);
-        if sizes && offset >= 0.0 && base[0] + base[1] < distance - offset {
+        if is_positive && offset >= 0.0 && base[0] + base[1] < distance - offset {
             return Ok(EccentricPair {
                 base,
                 distance,
@@ -47,12 +47,12 @@ impl EccentricPair {
             .with_hint("the centres must be farther apart than the base circles reach"))
     }
 
-    /// Deviation of φ₂ from that of a true gear, rad, at the true gear's angle `nominal`, rad.
+    /// Deviation of φ₂ from the angle `nominal` of a concentric gear, rad.
     ///
     /// # Errors
-    /// No convergence, which no pair within the limits has shown.
+    /// No convergence; has not occurred for any valid pair.
     pub fn deviation(&self, nominal: f64) -> Result<f64, Error> {
-        /// Angle tolerance; the iteration is quadratic, and this is rounding.
+        /// Relative angle tolerance, at the rounding error; Newton's iteration converges quadratically.
         const ANGLE_TOLERANCE: f64 = 1e-15;
         let [r1, r2] = self.base;
         let sum = r1 + r2;
@@ -107,8 +107,8 @@ impl EccentricPair {
     }
 }
 
-/// Second-order terms neglected by the order table: those of every offset of a gear in an external pair of parallel axes, summed at the
-/// output, rad. Other pairs have one of the same size.
+/// Second-order terms neglected by the order table, rad: those of all gear offsets in external parallel-axis pairs, summed at the
+/// output. Those of other pairs are of the same order of magnitude.
 pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f64 {
     let mut sum = 0.0;
     for error in machine
@@ -120,19 +120,19 @@ pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f
         for act in &error.acts {
             let pair = |gear: &&Gear| gear.branches.contains(&act.branch) && gear.teeth.is_some();
             let gears: Vec<&Gear> = machine.gears.iter().filter(pair).collect();
-            let [one, other] = gears[..] else { continue };
+            let [a, b] = gears[..] else { continue };
             let direction = &machine.branches[act.branch].direction;
             let arm = |gear: &Gear| {
                 let term = direction.terms.iter().find(|t| t.0 == gear.rotation_dof);
                 term.map_or(0.0, |t| direction.scale * t.1)
             };
-            let (own, mate) = if one.rotation_dof == error.rotation_dof {
-                (one, other)
+            let (gear, mate) = if a.rotation_dof == error.rotation_dof {
+                (a, b)
             } else {
-                (other, one)
+                (b, a)
             };
-            let base = [arm(mate), arm(own)];
-            let lever = own.seats.first().map_or(1.0, |seat| seat.lever);
+            let base = [arm(mate), arm(gear)];
+            let lever = gear.mesh_geometries.first().map_or(1.0, |seat| seat.lever);
             let pair = EccentricPair::new(base, (base[0] + base[1]) / lever, offset);
             let second = pair
                 .and_then(|pair| pair.harmonics())
@@ -147,7 +147,7 @@ pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f
 mod tests {
     use super::*;
 
-    /// Teeth 20 and 40, module 2 mm, α = 20°, 20 µm off at the standard distance and twice the offset: 40 µm from crest to trough along
+    /// Teeth 20 and 40, module 2 mm, α = 20°, offset 20 µm at the standard distance plus twice the offset: 40 µm peak to peak along
     /// the line of action, 1.064176 mrad, 19.9999969 µm at order 1 and 7.1966 nm at order 2 (solved independently with mpmath).
     #[test]
     fn exact_20_40() {
@@ -164,21 +164,21 @@ mod tests {
             "{:e}",
             harmonics[1].norm()
         );
-        let all: Vec<f64> = (0..7200)
+        let deviations: Vec<f64> = (0..7200)
             .map(|k| pair.deviation(TAU * f64::from(k) / 7200.0).unwrap())
             .collect();
-        let range = all.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
-            - all.iter().fold(f64::INFINITY, |m, x| m.min(*x));
-        // The case's range is one of sampled angles, and falls two of its last digit short of 4e-5 m over the base radius.
+        let range = deviations.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
+            - deviations.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+        // The reference range is that of sampled angles, 2e-9 rad smaller than 4e-5 m over the base radius.
         assert!((range - 0.001064176).abs() < 2e-9, "{range}");
         assert!((range * pair.base[1] - 4e-5).abs() < 1e-9);
-        // On the pitch circle 2e/cos α_w, and so the cumulative pitch such a gear shows.
+        // On the pitch circle 2e/cos α_w: the cumulative pitch deviation of such a gear.
         assert!((range * 0.04 - 0.042567e-3).abs() < 5e-10);
         let working = (0.06 * cos / 0.06004).acos();
         assert!((range * 0.04 * working.cos() / 4e-5 - 0.04 / 0.06004 * 0.06 / 0.04).abs() < 1e-3);
     }
 
-    /// A tenth of the offset leaves a hundredth of the second order, and no offset nothing.
+    /// The second-order term is proportional to the square of the offset, and zero without offset.
     #[test]
     fn order_second_of_the_offset() {
         let second = |e: f64| {

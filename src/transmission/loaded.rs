@@ -1,7 +1,7 @@
 //! Quasi-static transmission error under load: mesh deflection `F̄ / k(φ)`.
 //!
-//! On a tree F̄ follows from the loads alone, and this is exact. In a loop F̄ itself changes a little with k(φ), and each mesh is
-//! taken by itself with F̄ at the mean stiffness.
+//! On a tree F̄ follows from the loads alone, and the result is exact. In a loop F̄ varies slightly with k(φ); each mesh is treated
+//! separately with F̄ at the mean stiffness.
 
 use std::f64::consts::PI;
 
@@ -22,20 +22,20 @@ use crate::response::system::OperatingModel;
 use crate::scene::laws::Waveform;
 use crate::scene::model::StiffnessVariation;
 
-/// Harmonics of a mesh that are kept.
+/// Number of mesh harmonics retained.
 const MESH_HARMONICS: u32 = 16;
 
-/// A mesh whose stiffness changes over its cycle while it carries a force.
+/// Loaded mesh whose stiffness varies over the mesh cycle.
 struct LoadedMesh<'a> {
     branch: usize,
     wave: &'a StiffnessVariation,
-    /// Mesh cycles per turn that orders are counted by.
+    /// Mesh cycles per revolution of the order reference.
     cycles: Fraction,
-    /// F̄/k, m.
+    /// Mean deflection F̄/k, m.
     mean_deflection: f64,
 }
 
-/// Those that turn, under the mean loads.
+/// Rotating meshes of varying stiffness under the mean loads.
 fn loaded_meshes<'a>(
     model: &OperatingModel<'a>,
     chain: &TransmissionChain,
@@ -44,17 +44,17 @@ fn loaded_meshes<'a>(
     if machine.loads.is_empty() {
         return Ok(Vec::new());
     }
-    let one = |index: usize| {
-        let part = &machine.branches[index];
+    let loaded_mesh = |index: usize| {
+        let branch = &machine.branches[index];
         let (Some(wave), BranchLaw::Linear { stiffness, .. }) =
-            (&part.stiffness_variation, part.law)
+            (&branch.stiffness_variation, branch.law)
         else {
             return None;
         };
         let cycle = *mesh_cycle::cycles(machine, index).first()?;
-        let own = chain.ratio(cycle.turning)?;
-        let carried = cycle.carrier.and_then(|c| chain.ratio(c));
-        let relative = own - carried.unwrap_or(&Fraction::zero());
+        let ratio = chain.ratio(cycle.rotation)?;
+        let carrier = cycle.carrier.and_then(|c| chain.ratio(c));
+        let relative = ratio - carrier.unwrap_or(&Fraction::zero());
         let cycles = &relative * &Fraction::from_f64(cycle.teeth as f64);
         (!cycles.is_zero()).then_some(LoadedMesh {
             branch: index,
@@ -64,34 +64,34 @@ fn loaded_meshes<'a>(
         })
     };
     let branches = model.model.branches.iter();
-    let mut all: Vec<LoadedMesh> = branches.filter_map(|b| one(b.index)).collect();
-    if all.is_empty() {
-        return Ok(all);
+    let mut meshes: Vec<LoadedMesh> = branches.filter_map(|b| loaded_mesh(b.index)).collect();
+    if meshes.is_empty() {
+        return Ok(meshes);
     }
-    let branches: Vec<usize> = all.iter().map(|w| w.branch).collect();
+    let branches: Vec<usize> = meshes.iter().map(|w| w.branch).collect();
     let forces = mean_forces(model, chain, &branches)?;
-    all.iter_mut()
-        .zip(forces)
-        .for_each(|(w, f)| w.mean_deflection *= f);
-    all.retain(|w| w.mean_deflection != 0.0);
-    Ok(all)
+    for (mesh, force) in meshes.iter_mut().zip(forces) {
+        mesh.mean_deflection *= force;
+    }
+    meshes.retain(|w| w.mean_deflection != 0.0);
+    Ok(meshes)
 }
 
-/// Lines of meshes whose stiffness changes over the cycle, under the mean loads; their kinematic part is zero.
+/// Order lines of meshes whose stiffness varies over the cycle, under the mean loads; their kinematic part is zero.
 ///
 /// # Errors
-/// A stiffness that goes to zero under load; those of the equations.
+/// A stiffness that falls to zero under load; errors of the equations.
 pub fn stiffness_lines(
     model: &OperatingModel,
     chain: &TransmissionChain,
 ) -> Result<Vec<OrderLine>, Error> {
-    let mut all = Vec::new();
+    let mut lines = Vec::new();
     for mesh in loaded_meshes(model, chain)? {
-        let rising = angle_sense(chain, &mesh.cycles);
+        let sense = angle_sense(chain, &mesh.cycles);
         for (n, a, phase) in compliance(model, &mesh)?.harmonics {
             let angle = phase + f64::from(n) * mesh.wave.phase;
-            let e = Complex::new(angle.cos(), rising * angle.sin()) * (mesh.mean_deflection * a);
-            all.push(OrderLine {
+            let e = Complex::new(angle.cos(), sense * angle.sin()) * (mesh.mean_deflection * a);
+            lines.push(OrderLine {
                 order: mesh.cycles.abs().times(n),
                 origin: LineOrigin::Stiffness(mesh.branch),
                 harmonic: n,
@@ -100,39 +100,39 @@ pub fn stiffness_lines(
             });
         }
     }
-    Ok(all)
+    Ok(lines)
 }
 
-/// Adds the lines of meshes under load to those of errors. A mesh of a gear file has one line for each order: its flanks' error without
-/// load and what its teeth give way; beyond the harmonics that are kept of stiffnesses neither is listed alone.
+/// Adds the lines of loaded meshes to those of errors. A mesh of a gear file has one line per order, the sum of its unloaded flank error
+/// and its deflection; flank errors beyond the retained harmonics of the stiffness are removed.
 pub fn join_mesh_lines(machine: &Machine, lines: &mut Vec<OrderLine>, stiffness: Vec<OrderLine>) {
     for mut line in stiffness {
-        let of_flanks = |other: &OrderLine| {
-            let flanks = other
+        let is_same_line = |other: &OrderLine| {
+            let is_flank_error = other
                 .declared(machine)
                 .is_some_and(|e| e.averaged.is_some());
-            flanks
+            is_flank_error
                 && other.order == line.order
                 && other.displacements[0].0 == line.displacements[0].0
         };
-        if let Some(at) = lines.iter().position(of_flanks) {
-            let flanks = lines.remove(at);
+        if let Some(index) = lines.iter().position(is_same_line) {
+            let flanks = lines.remove(index);
             line.displacements[0].1 += flanks.displacements[0].1;
             line.quasi_static = flanks.quasi_static;
         }
         lines.push(line);
     }
-    let alone = |line: &OrderLine| {
-        let flanks = line.declared(machine).is_some_and(|e| e.averaged.is_some());
-        flanks && line.harmonic > MESH_HARMONICS && !machine.loads.is_empty()
+    let is_alone = |line: &OrderLine| {
+        let is_flank = line.declared(machine).is_some_and(|e| e.averaged.is_some());
+        is_flank && line.harmonic > MESH_HARMONICS && !machine.loads.is_empty()
     };
-    lines.retain(|line| !alone(line));
+    lines.retain(|line| !is_alone(line));
 }
 
-/// Mean forces of branches under the lasting loads, N or N·m, the driver's angle held.
+/// Mean forces of branches under the constant loads, N or N·m, with the driver fixed.
 ///
 /// # Errors
-/// Those of the equations.
+/// Errors of the equations.
 pub fn mean_forces(
     model: &OperatingModel,
     chain: &TransmissionChain,
@@ -143,43 +143,43 @@ pub fn mean_forces(
         unit: "N",
         kind: ResponseOutput::Force(*branch),
     };
-    under_load(model, chain, branches.iter().map(port).collect())
+    static_response(model, chain, branches.iter().map(port).collect())
 }
 
-/// By how much the loads wind the chain up at its end, in the mean over the mesh cycles, rad: `F̄ · mean(1/k)` of a mesh whose stiffness
-/// changes, which is more than F̄ over its mean.
+/// Wind-up of the output under the loads, mean over the mesh cycles, rad. A mesh of varying stiffness contributes `F̄ · mean(1/k)`, which
+/// exceeds F̄ over its mean stiffness.
 ///
 /// # Errors
-/// Those of [`stiffness_lines`].
+/// Errors of [`stiffness_lines`].
 pub fn windup(model: &OperatingModel, chain: &TransmissionChain) -> Result<f64, Error> {
     let output = Port {
         name: model.machine.dof_name(chain.ends.output),
         unit: "rad",
         kind: ResponseOutput::Sum(chain.combination.clone(), 0),
     };
-    let at_k = chain.output_sense() * under_load(model, chain, vec![output])?[0];
-    let beyond = |mesh: &LoadedMesh| -> Result<(usize, Complex), Error> {
-        let more = mesh.mean_deflection * (compliance(model, mesh)?.mean - 1.0);
-        Ok((mesh.branch, Complex::new(more, 0.0)))
+    let windup = chain.output_sense() * static_response(model, chain, vec![output])?[0];
+    let excess = |mesh: &LoadedMesh| -> Result<(usize, Complex), Error> {
+        let deflection = mesh.mean_deflection * (compliance(model, mesh)?.mean - 1.0);
+        Ok((mesh.branch, Complex::new(deflection, 0.0)))
     };
-    let still = OrderLine {
+    let line = OrderLine {
         order: Fraction::zero(),
         origin: LineOrigin::Stiffness(0),
         harmonic: 0,
         displacements: (loaded_meshes(model, chain)?.iter())
-            .map(beyond)
+            .map(excess)
             .collect::<Result<_, _>>()?,
         quasi_static: Complex::ZERO,
     };
-    if still.displacements.is_empty() {
-        return Ok(at_k);
+    if line.displacements.is_empty() {
+        return Ok(windup);
     }
-    let still = [still];
-    let transfer = ErrorTransfer::new(model, chain, &still, ResponseMethod::Direct)?;
-    Ok(at_k + transfer.at_speed(0.0, &still)?[0].re)
+    let lines = [line];
+    let transfer = ErrorTransfer::new(model, chain, &lines, ResponseMethod::Direct)?;
+    Ok(windup + transfer.at_speed(0.0, &lines)?[0].re)
 }
 
-fn under_load(
+fn static_response(
     model: &OperatingModel,
     chain: &TransmissionChain,
     outputs: Vec<Port<ResponseOutput>>,
@@ -198,21 +198,21 @@ fn under_load(
         outputs,
         fixed: chain.fixed.clone(),
     };
-    let at_rest = DirectSolver::new(model, &ports)?.response_at(0.0)?;
-    let of = |row: usize| {
+    let response = DirectSolver::new(model, &ports)?.response_at(0.0)?;
+    let output = |row: usize| {
         loads
             .iter()
             .enumerate()
-            .map(|(i, load)| at_rest[(row, i)].re * load.1)
+            .map(|(i, load)| response[(row, i)].re * load.1)
             .sum()
     };
-    Ok((0..ports.outputs.len()).map(of).collect())
+    Ok((0..ports.outputs.len()).map(output).collect())
 }
 
-/// One over a wave.
+/// Fourier series of the reciprocal of a stiffness waveform.
 struct MeshCompliance {
     mean: f64,
-    /// n, a, φ.
+    /// Harmonic n, amplitude a and phase φ, rad.
     harmonics: Vec<(u32, f64, f64)>,
 }
 
@@ -225,7 +225,7 @@ fn compliance(model: &OperatingModel, mesh: &LoadedMesh) -> Result<MeshComplianc
     if waveform.lower_bound() <= 0.0 {
         return Err(contact_loss_error(model, mesh.branch));
     }
-    let (mean, all): (f64, Vec<(u32, f64, f64)>) = match *waveform {
+    let (mean, harmonics): (f64, Vec<(u32, f64, f64)>) = match *waveform {
         Waveform::Rectangular { high, low, duty } => {
             let step = 1.0 / high - 1.0 / low;
             let term = |n: u32| {
@@ -250,10 +250,10 @@ fn compliance(model: &OperatingModel, mesh: &LoadedMesh) -> Result<MeshComplianc
             (mean, (1..=MESH_HARMONICS).map(term).collect())
         }
     };
-    let counts = |term: &(u32, f64, f64)| term.1.abs() > ROUNDING * mean;
+    let is_significant = |term: &(u32, f64, f64)| term.1.abs() > ROUNDING * mean;
     Ok(MeshCompliance {
         mean,
-        harmonics: all.into_iter().filter(counts).collect(),
+        harmonics: harmonics.into_iter().filter(is_significant).collect(),
     })
 }
 

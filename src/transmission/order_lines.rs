@@ -1,6 +1,6 @@
 //! Order lines at the output: order `n i`, amplitude `Σ_b T_b gain_b a`.
 //!
-//! `TE = Σ A cos(o φ + ψ)`, φ the angle of the output in its own sense, positive where the output leads.
+//! `TE = Σ A cos(o φ + ψ)`, φ the angle of the output in its sense of rotation, positive where the output leads.
 
 use super::chain::TransmissionChain;
 use crate::machine::components::{ErrorAction, FlankTransfer, GeometricError, Machine};
@@ -11,29 +11,29 @@ use crate::numeric::fraction::Fraction;
 /// Origin of an order line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineOrigin {
-    /// A declared error, by its number in the machine.
+    /// Declared error, by its index in the machine.
     Declared(usize),
-    /// The stiffness of a mesh changes over its cycle while it carries a torque; by its branch.
+    /// Varying stiffness of a loaded mesh, by its branch.
     Stiffness(usize),
 }
 
-/// One harmonic of one source.
+/// Order line: one harmonic of one source.
 #[derive(Debug, Clone)]
 pub struct OrderLine {
-    /// Cycles per turn of the output, or of the screw that moves it.
+    /// Cycles per revolution of the output, or of the screw that moves it.
     pub order: Fraction,
     /// Origin of the line.
     pub origin: LineOrigin,
-    /// Cycles per turn of the element, or of the belt; of a stiffness per tooth.
+    /// Cycles per revolution of the element or the belt; of a stiffness, per tooth.
     pub harmonic: u32,
-    /// Displacement in each branch: number, and complex displacement e.
+    /// Index of each branch, and its complex displacement e.
     pub displacements: Vec<(usize, Complex)>,
-    /// A and ψ at the output, rad, of a slide m: slowly, with rigid joints.
+    /// Quasi-static A and ψ at the output with rigid joints, rad, of a slide m.
     pub quasi_static: Complex,
 }
 
 impl OrderLine {
-    /// The declared error it comes from.
+    /// Declared error that causes the line.
     pub fn declared<'a>(&self, machine: &'a Machine) -> Option<&'a GeometricError> {
         match self.origin {
             LineOrigin::Declared(number) => machine.errors.get(number),
@@ -41,51 +41,51 @@ impl OrderLine {
         }
     }
 
-    /// True where the phase of the line is known.
+    /// True if the phase of the line is known.
     pub fn phase_known(&self, machine: &Machine) -> bool {
         self.declared(machine).is_none_or(|error| error.phase_known)
     }
 }
 
 /// Action of the error on the loaded flank.
-fn flank_action(operating: &OperatingPoint, act: &ErrorAction) -> FlankTransfer {
-    act.flanks[usize::from(operating.state(act.branch) == ActiveFlank::Coast)]
+fn flank_action(operating: &OperatingPoint, action: &ErrorAction) -> FlankTransfer {
+    action.flanks[usize::from(operating.state(action.branch) == ActiveFlank::Coast)]
 }
 
-/// Turns of an error's period per turn that orders are counted by, with sign; absent where its shaft does not turn with the output.
+/// Periods of an error per revolution of the order reference, with sign; absent if its shaft does not turn with the output.
 pub fn periods_per_turn(chain: &TransmissionChain, error: &GeometricError) -> Option<Fraction> {
-    let own = chain.ratio(error.rotation_dof)?;
-    let carried = match error.carrier {
+    let ratio = chain.ratio(error.rotation_dof)?;
+    let carrier = match error.carrier {
         Some(carrier) => chain.ratio(carrier)?.clone(),
         None => Fraction::zero(),
     };
-    Some(&(own - &carried) * &Fraction::new(error.periods_per_rev.0, error.periods_per_rev.1))
+    Some(&(ratio - &carrier) * &Fraction::new(error.periods_per_rev.0, error.periods_per_rev.1))
 }
 
-/// +1 where a pattern of that pace is run through forward while what orders are counted by turns in its own sense, −1 where backward.
-pub fn angle_sense(chain: &TransmissionChain, pace: &Fraction) -> f64 {
-    chain.reference_sense() * if pace.is_negative() { -1.0 } else { 1.0 }
+/// +1 if a pattern of signed `order` advances while the order reference turns in its sense of rotation, −1 if it recedes.
+pub fn angle_sense(chain: &TransmissionChain, order: &Fraction) -> f64 {
+    chain.reference_sense() * if order.is_negative() { -1.0 } else { 1.0 }
 }
 
-/// Rounding of tables, m or rad: of pitches of micrometres added up.
+/// Rounding of tabulated errors, m or rad: cumulative sums of pitch deviations of micrometres.
 const TABLE_ROUNDING: f64 = 1e-18;
 
-/// Rounding of the harmonics of a table, of its largest value.
+/// Rounding of the harmonics of a table, relative to its largest value.
 const RELATIVE_ROUNDING: f64 = 1e-14;
 
-/// Every harmonic of every declared error, by rising order. Errors of shafts that stand still give no line.
+/// Order lines of all harmonics of the declared errors, by rising order. Errors of shafts at rest give no line.
 pub fn order_lines(
     machine: &Machine,
     operating: &OperatingPoint,
     chain: &TransmissionChain,
 ) -> Vec<OrderLine> {
     let mut lines = Vec::new();
-    for (number, error) in machine.errors.iter().enumerate() {
-        let Some(pace) = periods_per_turn(chain, error).filter(|pace| !pace.is_zero()) else {
+    for (index, error) in machine.errors.iter().enumerate() {
+        let Some(order) = periods_per_turn(chain, error).filter(|order| !order.is_zero()) else {
             continue;
         };
-        let rising = angle_sense(chain, &pace);
-        // Without loads nothing gives way over the cycle of a mesh, and its error is that under its torque.
+        let sense = angle_sense(chain, &order);
+        // Without loads a mesh has no stiffness lines, so its error is that at the mean stiffness.
         let waveform = match &error.averaged {
             Some(averaged) if machine.loads.is_empty() => averaged,
             _ => &error.waveform,
@@ -96,18 +96,18 @@ pub fn order_lines(
                 continue;
             }
             let mut line = OrderLine {
-                order: pace.abs().times(harmonic),
-                origin: LineOrigin::Declared(number),
+                order: order.abs().times(harmonic),
+                origin: LineOrigin::Declared(index),
                 harmonic,
                 displacements: Vec::new(),
                 quasi_static: Complex::ZERO,
             };
-            for act in &error.acts {
-                let FlankTransfer { gain, phase: turn } = flank_action(operating, act);
-                let angle = phase + f64::from(harmonic) * turn;
-                let e = Complex::new(angle.cos(), rising * angle.sin()) * (-gain * amplitude);
-                line.quasi_static += e * chain.transmission(act.branch);
-                line.displacements.push((act.branch, e));
+            for action in &error.acts {
+                let FlankTransfer { gain, phase: shift } = flank_action(operating, action);
+                let angle = phase + f64::from(harmonic) * shift;
+                let e = Complex::new(angle.cos(), sense * angle.sin()) * (-gain * amplitude);
+                line.quasi_static += e * chain.transmission(action.branch);
+                line.displacements.push((action.branch, e));
             }
             lines.push(line);
         }
@@ -116,10 +116,10 @@ pub fn order_lines(
     lines
 }
 
-/// Tolerance relative to the terms of a condition: a fit leaves the rounding of amplitudes and phases.
+/// Tolerance of a loop condition relative to its terms, for the rounding of amplitudes and phases.
 const COMPATIBILITY_TOLERANCE: f64 = 1e-9;
 
-/// Rigid joints can turn with this line alone: it satisfies what their loops ask for.
+/// True if the line satisfies the loop conditions, so that rigid joints can turn.
 pub fn is_compatible(chain: &TransmissionChain, line: &OrderLine) -> bool {
     chain.loop_conditions.iter().all(|condition| {
         let (mut sum, mut size) = (Complex::ZERO, 0.0);
@@ -133,39 +133,39 @@ pub fn is_compatible(chain: &TransmissionChain, line: &OrderLine) -> bool {
     })
 }
 
-/// First loop condition that the errors violate where joints are rigid, with the branches it ties together.
+/// Branches of the first loop condition that the errors violate with rigid joints.
 ///
-/// Each order must satisfy it by itself; unknown phases never do.
+/// Each order must satisfy the condition separately; several lines of unknown phase violate it.
 pub fn incompatible_loop(
     machine: &Machine,
     chain: &TransmissionChain,
     lines: &[OrderLine],
 ) -> Option<Vec<usize>> {
     for condition in &chain.loop_conditions {
-        let mut at = 0;
-        while at < lines.len() {
-            let end = at
-                + lines[at..]
+        let mut start = 0;
+        while start < lines.len() {
+            let end = start
+                + lines[start..]
                     .iter()
-                    .take_while(|l| l.order == lines[at].order)
+                    .take_while(|l| l.order == lines[start].order)
                     .count();
             let (mut sum, mut size) = (Complex::ZERO, 0.0);
             let mut unknown = 0;
-            for line in &lines[at..end] {
-                let mut touched = false;
+            for line in &lines[start..end] {
+                let mut is_involved = false;
                 for &(branch, c) in condition {
                     for (_, e) in line.displacements.iter().filter(|d| d.0 == branch) {
                         sum += *e * c;
                         size += c.abs() * e.norm();
-                        touched = true;
+                        is_involved = true;
                     }
                 }
-                unknown += usize::from(touched && !line.phase_known(machine));
+                unknown += usize::from(is_involved && !line.phase_known(machine));
             }
             if sum.norm() > COMPATIBILITY_TOLERANCE * size || unknown > 1 {
                 return Some(condition.iter().map(|c| c.0).collect());
             }
-            at = end;
+            start = end;
         }
     }
     None

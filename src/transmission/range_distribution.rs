@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use crate::numeric::Complex;
 use crate::numeric::lattice::RankOneLattice;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Harmonic of the transmission error at the output.
 #[derive(Debug, Clone, Copy)]
@@ -93,7 +93,7 @@ pub fn range_distribution(
         false => (0.0, STEPS.2),
     };
     let mut order: Vec<&HarmonicTerm> = terms.iter().collect();
-    sort_rising(&mut order, |a| a.value.norm());
+    sort_ascending(&mut order, |a| a.value.norm());
     let (mut resolved, mut bound, mut sum) = (Vec::new(), 0.0, 0.0);
     for term in order {
         sum += size(term);

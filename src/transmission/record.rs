@@ -7,43 +7,43 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 
-/// The most samples of a record.
+/// Maximum number of samples of a record.
 pub const MAX_SAMPLES: usize = 1 << 24;
 
-/// Samples of the fastest cycle.
-const PER_CYCLE: f64 = 8.0;
+/// Number of samples per cycle of the highest order.
+const SAMPLES_PER_CYCLE: f64 = 8.0;
 
-/// A record at even steps of angle.
+/// Transmission error record at equal steps of the output angle.
 #[derive(Debug, Clone)]
 pub struct SyntheticRecord {
-    /// Turns of the output.
+    /// Revolutions of the output.
     pub turns: usize,
-    /// True for a periodic record: the first sample follows the last.
+    /// Whether the record is periodic: the first sample follows the last.
     pub closed: bool,
-    /// e at `turns · i / n` turns, rad.
+    /// Transmission error at `turns · i / n` revolutions, rad.
     pub values: Vec<f64>,
 }
 
-/// Turns of a record: the full common period by default.
+/// Revolutions of a record (default: the common period), and whether it is periodic; `fastest` is the highest order, cycles/rev.
 ///
 /// # Errors
-/// A common period that no record holds.
+/// A record with more than `MAX_SAMPLES` samples.
 pub fn record_revolutions(
-    asked: Option<u32>,
+    requested: Option<u32>,
     period: Option<&Fraction>,
     fastest: f64,
 ) -> Result<(usize, bool), Error> {
-    let whole = |turns: f64| (turns * fastest.max(1.0) * PER_CYCLE).ceil();
+    let sample_count = |turns: f64| (turns * fastest.max(1.0) * SAMPLES_PER_CYCLE).ceil();
     let period = period.map_or(Fraction::one(), |period| {
-        // A period of part of a turn is gone through so often that a turn is whole.
+        // A period of a fraction of a revolution is repeated up to an integer number of revolutions.
         let times = Fraction::greatest_common_divisor([period, &Fraction::one()].into_iter());
         times.map_or(period.clone(), |m| &(period * &Fraction::one()) / &m)
     });
-    let turns = asked.map_or(period.to_f64(), f64::from);
-    if whole(turns) > MAX_SAMPLES as f64 {
+    let turns = requested.map_or(period.to_f64(), f64::from);
+    if sample_count(turns) > MAX_SAMPLES as f64 {
         let message = format!(
-            "{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples, and {MAX_SAMPLES} are the most",
-            whole(turns)
+            "{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples (limit {MAX_SAMPLES})",
+            sample_count(turns)
         );
         return Err(Error::new(Code::BudgetExceeded, message)
             .with_hint("state a shorter --window, in whole turns"));
@@ -52,22 +52,22 @@ pub fn record_revolutions(
     Ok((turns as usize, closed))
 }
 
-/// Adds the lines up: order, A and ψ; `fastest` cycles a turn have their samples.
+/// Sums the harmonics `lines` (order, complex amplitude in rad); `fastest` is the highest order resolved, cycles per revolution.
 pub fn synthesise(
     lines: &[(f64, Complex)],
     turns: usize,
     fastest: f64,
     closed: bool,
 ) -> SyntheticRecord {
-    /// The running phase is set anew so often, so that its rounding stays that of so many products.
+    /// Number of samples after which the phasor is recomputed to limit its rounding error.
     const PHASOR_RESTART: usize = 1024;
-    let count = ((turns as f64 * fastest * PER_CYCLE).ceil() as usize).max(64 * turns);
+    let count = ((turns as f64 * fastest * SAMPLES_PER_CYCLE).ceil() as usize).max(64 * turns);
     let mut values = vec![0.0; count];
     for &(order, value) in lines {
         let cycles = order * turns as f64 / count as f64;
         let step = Complex::cis(TAU * cycles);
         for (block, part) in values.chunks_mut(PHASOR_RESTART).enumerate() {
-            // Whole cycles are taken off before the angle is formed.
+            // Integer cycles are removed before the angle is formed.
             let mut z =
                 value * Complex::cis(TAU * (cycles * (block * PHASOR_RESTART) as f64).fract());
             for e in part {
@@ -87,7 +87,7 @@ pub fn synthesise(
 mod tests {
     use super::*;
 
-    /// Samples are those of the formula, a million of them on.
+    /// Samples agree with the formula over a million of them.
     #[test]
     fn exact_samples() {
         let lines = [
@@ -95,18 +95,18 @@ mod tests {
             (112.5, Complex::new(-0.2, 0.1)),
             (6750.0, Complex::new(0.0, 0.1)),
         ];
-        let made = synthesise(&lines, 20, 6750.0, true);
-        for i in [0, 1, 17, 54_321, made.values.len() - 1] {
-            let phi = 20.0 * i as f64 / made.values.len() as f64;
+        let record = synthesise(&lines, 20, 6750.0, true);
+        for i in [0, 1, 17, 54_321, record.values.len() - 1] {
+            let phi = 20.0 * i as f64 / record.values.len() as f64;
             let exact: f64 = lines
                 .iter()
                 .map(|(o, z)| (*z * Complex::cis(TAU * (o * phi).fract())).re)
                 .sum();
-            assert!((made.values[i] - exact).abs() < 1e-10, "{i}");
+            assert!((record.values[i] - exact).abs() < 1e-10, "{i}");
         }
     }
 
-    /// The default record is the common period, in whole turns; a period beyond what a record holds is refused.
+    /// The default record is the common period in integer revolutions; a period with too many samples is rejected.
     #[test]
     fn refuses_periods_beyond_a_record() {
         assert_eq!(

@@ -176,7 +176,7 @@ fn law_documents_recommend() {
         (
             &["--methods", "exact"],
             false,
-            "no run came to its end, so that none can be recommended",
+            "no run completed, so that none can be recommended",
         ),
     ] {
         let (code, text, error) = said(&[&pair, flags].concat());

@@ -70,7 +70,7 @@ fn refuses_machines_that_a_study_cannot_take() {
             "kind = \"accuracy\"\nof = \"modes\"",
             "no elastic mode",
         ),
-        (long, "kind = \"stability\"", "need all modes"),
+        (long, "kind = \"stability\"", "needs all modes"),
     ] {
         put(folder.path(), "model.toml", &format!("{HEAD}{model}"));
         let text = format!("model = \"model.toml\"\n\n[[study]]\n{study}\n");

@@ -180,7 +180,7 @@ fn refuses_a_file_that_does_not_ring_down() {
         let (code, _, message) = said(&stated);
         assert_eq!(code, Some(2), "{message}");
         assert!(
-            message.contains("noise.csv") && message.contains("rings down"),
+            message.contains("noise.csv") && message.contains("no free decay"),
             "{message}"
         );
         let ambient = [&call[..], &["--method", "ssi-cov", "--json"]].concat();

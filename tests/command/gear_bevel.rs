@@ -354,7 +354,7 @@ fn law_backlash_of_places() {
     assert!(near.1 < 0.0 && near.3, "{near:?}");
 }
 
-/// Where the other flanks do not touch, a warning says that the least backlash is not known; displaced straight flanks are left out.
+/// Where the other flanks do not touch, a warning says that the least backlash is unknown; displaced straight flanks are left out.
 #[test]
 fn keeps_the_reason_of_a_missing_backlash() {
     let (_kept, path) = changed(
@@ -368,7 +368,7 @@ fn keeps_the_reason_of_a_missing_backlash() {
         w["message"]
             .as_str()
             .unwrap()
-            .contains("backlash is not known")
+            .contains("backlash is unknown")
     };
     assert!(warnings.into_iter().any(words), "{}", found["warnings"]);
     let straight = std::fs::read_to_string("models/gears/straight_20_40.toml").unwrap();
@@ -452,7 +452,7 @@ fn refuses_wrong_bevel_files() {
         (
             "teeth = 36",
             "teeth = 36\nprocess = \"face-hobbed\"",
-            "face hobbing is not taken",
+            "face hobbing is not supported",
         ),
         ("hand  = \"right\"", "hand = \"left\"", "same hand"),
         (
@@ -464,7 +464,7 @@ fn refuses_wrong_bevel_files() {
         (
             "cradle_over_work = 0.9508646",
             "cradle_over_work = 0.95\nprocess = \"formate\"",
-            "does not roll",
+            "has no roll",
         ),
         (
             "face_angle = \"73.1333332 deg\"",
@@ -518,7 +518,7 @@ fn refuses_wrong_bevel_files() {
         ),
         (
             "toprem_angle = \"2 deg\", toprem_depth = \"20 mm\"",
-            "reaches beyond the tooth",
+            "exceeds the tooth depth",
         ),
         (
             "toprem_angle = \"19 deg\", toprem_depth = \"2 mm\"",
@@ -533,10 +533,10 @@ fn refuses_wrong_bevel_files() {
         assert!(message.contains(words), "{words}: {message}");
     }
     for (flags, words) in [
-        (["--slices", "9"], "--slices does nothing here"),
+        (["--slices", "9"], "--slices has no effect here"),
         (
             ["--stations", "40"],
-            "--stations does nothing without a torque",
+            "--stations has no effect without a torque",
         ),
         (["--torque", "3000"], "N·m"),
         (["--torques", "400:100:4"], "not a range of torques"),
@@ -545,7 +545,7 @@ fn refuses_wrong_bevel_files() {
         assert!(message.contains(words), "{words}: {message}");
     }
     let (_, message) = refusal(&["gear", "models/gears/fzg_c.toml", "--vh"]);
-    assert!(message.contains("--vh does nothing here"), "{message}");
+    assert!(message.contains("--vh has no effect here"), "{message}");
 }
 
 /// `check` and `plan` take the file; a flank that is not described leaves the contact out; tables and figures are written.
@@ -926,7 +926,7 @@ convex = { cutter = { point_radius = "99 mm", blade_angle = "20 deg" } }
     let undercut = warnings.iter().find(|w| w["code"] == "undercut").unwrap();
     let message = undercut["message"].as_str().unwrap();
     assert!(
-        message.contains("the convex flank of the gear lies wholly beyond"),
+        message.contains("the convex flank of the gear is completely undercut"),
         "{message}"
     );
     assert!(found["contact"].is_null());

@@ -223,7 +223,7 @@ fn refuses_gears_that_cannot_mesh() {
             file(", centre_distance = \"50 mm\"", "20", "40"),
             "base circles touch at 56.38",
         ),
-        (file("", "20", "18, internal = true"), "cannot hold"),
+        (file("", "20", "18, internal = true"), "cannot contain"),
         (
             file("", "20, internal = true", "40"),
             "first gear is internal",
@@ -286,7 +286,7 @@ fn law_plan_names_its_stages() {
             .any(|s| s["stage"] == "mesh" && s["runs"] == true)
     );
     let text = refused(&["plan", FZG, "--damped"]);
-    assert!(text.contains("--damped does nothing here"), "{text}");
+    assert!(text.contains("--damped has no effect here"), "{text}");
 }
 
 /// Errors of e(φ, T) and k(φ, T) fall as slices are added, down to the error of the reference, which half its grid gives.
@@ -362,7 +362,7 @@ fn exact_error_of_the_centre_distance() {
     assert!((play - exact).abs() < 1e-6, "{play} {exact}");
     for (table, words) in [
         ("assembly = { pinion_axial = \"1 mm\" }", "pinion_axial"),
-        ("contact = { pitches = 2 }", "touch in a point"),
+        ("contact = { pitches = 2 }", "point contact"),
     ] {
         let path = put(folder.path(), "refused.toml", &format!("{text}{table}\n"));
         let said = refused(&["gear", path.to_str().unwrap()]);
@@ -506,7 +506,7 @@ fn refuses_files_of_other_commands() {
     }
     let all = refused(&["gear", FZG, "--positions", "30"]);
     assert!(
-        all.contains("--positions does nothing without a torque"),
+        all.contains("--positions has no effect without a torque"),
         "{all}"
     );
 }
@@ -577,7 +577,7 @@ fn exact_relief_from_a_roll_angle() {
     within("peak to peak", (by_angle / by_length - 1.0).abs(), 1e-9);
 }
 
-/// Loads that no tooth bears, teeth that do not reach each other, an offset beyond the path and backlash below zero are refused or warned
+/// Loads that no tooth bears, teeth that do not touch, an offset beyond the path and backlash below zero are refused or warned
 /// of with a value that works when it is followed.
 #[test]
 fn law_values_of_refusals_work() {
@@ -604,7 +604,7 @@ fn law_values_of_refusals_work() {
     let pair = "pair = { kind = \"cylindrical\", module = \"3 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 40 }\n";
     let path = file(&format!("{pair}assembly = {{ offset = \"20 mm\" }}\n"));
     let all = refused(&["gear", &path]);
-    assert!(all.contains("do not reach each other"), "{all}");
+    assert!(all.contains("do not touch"), "{all}");
     let offset = value(&all, "at most ");
     let path = file(&format!(
         "{pair}assembly = {{ offset = \"{offset} mm\" }}\n"

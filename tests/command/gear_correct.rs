@@ -156,7 +156,7 @@ fn refuses_grids_of_another_flank() {
     let text = refused("few.csv", few, &straight);
     assert!(text.contains("a straight blade, which has no"), "{text}");
     let side = "flank,z [mm],radius [mm],deviation [µm]\nleft,66.28,22.12,1\n";
-    assert!(refused("side.csv", side, &[]).contains("it is concave or convex"));
+    assert!(refused("side.csv", side, &[]).contains("write concave or convex"));
     let units = "flank,z,radius [mm],deviation [µm]\nconcave,66.28,22.12,1\n";
     assert!(refused("units.csv", units, &[]).contains("units.csv:1"));
     let empty = "z [mm],radius [mm],deviation [µm]\n";

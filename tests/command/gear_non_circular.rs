@@ -205,7 +205,7 @@ fn refuses_gears_without_a_law() {
     ));
     assert!(message.contains("concave"), "{message}");
     let (_, message) = refusal(&["gear", ELLIPTIC, "--torque", "100"]);
-    assert!(message.contains("--torque does nothing here"), "{message}");
+    assert!(message.contains("--torque has no effect here"), "{message}");
 }
 
 /// Centrodes as a table, figures, outlines of both gears with equal areas; `check` and `plan` take the file.

@@ -196,14 +196,14 @@ fn refuses_wrong_files_of_gears_in_space() {
             WORM,
             "type = \"ZI\"",
             "type = \"ZI\", tool_radius = \"90 mm\"",
-            "belongs to the flank types",
+            "applies to the flank types",
         ),
         (WORM, "type = \"ZI\"", "type = \"ZE\"", "ZE"),
         (
             WORM,
             "teeth = 40",
             "teeth = 40, tip_diameter = \"185 mm\"",
-            "does not reach into",
+            "does not reach",
         ),
         (WORM, "length = \"80 mm\"", "", "no `length`"),
         (
@@ -213,14 +213,9 @@ fn refuses_wrong_files_of_gears_in_space() {
             "no common normal",
         ),
         (CROSSED, "hand = \"right\", ", "", "no `hand`"),
-        (CROSSED, "67.4 mm", "90 mm", "do not reach each other"),
+        (CROSSED, "67.4 mm", "90 mm", "do not touch"),
         (HELICOID, "kind = \"disk\"", "kind = \"hob\"", "no `teeth`"),
-        (
-            PLANE_WORM,
-            "\"125 mm\"",
-            "\"135 mm\"",
-            "do not reach each other",
-        ),
+        (PLANE_WORM, "\"125 mm\"", "\"135 mm\"", "do not touch"),
         (PLANE_WORM, "\"40 mm\"", "\"101 mm\"", "base circle"),
         (HOB, "starts = 2", "starts = 18", "lead angle"),
         (HOB, "type = \"ZA\"", "type = \"ZK\"", "ZK"),
@@ -228,7 +223,7 @@ fn refuses_wrong_files_of_gears_in_space() {
             HELICOID,
             "tool_radius = \"100 mm\" }",
             "tool_radius = \"100 mm\", tip_diameter = \"30 mm\" }",
-            "does not hold the reference",
+            "does not contain the reference",
         ),
     ];
     for (file, from, to, says) in cases {
@@ -450,7 +445,7 @@ fn ref_reground_worm() {
     .unwrap();
     let (_, message) = refusal(&["gear", &path]);
     assert!(
-        message.contains("`tool.reground_radius` is of threads"),
+        message.contains("`tool.reground_radius` applies to ground threads"),
         "{message}"
     );
 }

@@ -783,7 +783,7 @@ fn refuses_what_cannot_be() {
     ];
     let said = geardyn(folder, &call);
     let text = String::from_utf8(said.stderr).unwrap();
-    assert!(text.contains("estimated by H1"), "{text}");
+    assert!(text.contains("uses H1"), "{text}");
 }
 
 /// Units that say another kind than the flag are heard.

@@ -52,7 +52,7 @@ fn answer(machine: &PreparedMachine, input: &str, output: &str, omega: &[f64]) -
     let names = |word: &str| [word.to_string()];
     let ports = Ports::parse(&machine.machine, &names(input), &names(output), &[]).unwrap();
     frf_matrix(
-        &machine.frequency_setting(None),
+        &machine.operating_model(None),
         &ports,
         omega,
         ResponseMethod::Direct,
@@ -274,7 +274,7 @@ fn refused_before_full_matrices() {
             &[
                 "all modes of 20000 coordinates",
                 "GB",
-                "are allowed",
+                "(limit ",
                 "dop853-events",
             ],
         ),
@@ -298,7 +298,7 @@ fn refused_before_full_matrices() {
             &[
                 "all modes of 20000 coordinates",
                 "GB",
-                "leave --method modal out",
+                "omit --method modal",
             ],
         ),
         (
@@ -319,7 +319,7 @@ fn refused_before_full_matrices() {
             &[
                 "complex modes of 1500 degrees of freedom",
                 "about",
-                "are allowed",
+                "(limit",
             ],
         ),
         (

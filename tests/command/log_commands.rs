@@ -188,7 +188,7 @@ fn law_what_lies_beside_is_read_or_said() {
     );
     beside("foo = 1\n");
     let (_, err) = said(folder, &["check", "a.csv"], 0);
-    assert!(err.contains("a.toml holds neither"), "{err}");
+    assert!(err.contains("a.toml contains neither"), "{err}");
 }
 
 /// Of several files each error names its own.
@@ -258,10 +258,10 @@ fn exact_peaks_of_spectra_in_a_file() {
         &["spectrum", "s.lvm", "--channel", &name, "--kind", "rms"],
         2,
     );
-    assert!(err.contains("holds spectra"), "{err}");
+    assert!(err.contains("contains spectra"), "{err}");
     let (_, err) = said(folder, &["convert", "s.lvm", "--to", "s.csv"], 2);
     assert!(
-        err.contains("holds spectra") && err.contains("geardyn spectrum"),
+        err.contains("contains spectra") && err.contains("geardyn spectrum"),
         "{err}"
     );
 }
@@ -352,7 +352,7 @@ fn law_what_is_printed_is_whole_and_harmless() {
     assert!(
         said(folder, &["explain", "few-averages"], 0)
             .0
-            .contains("variance")
+            .contains("Variance")
     );
 }
 

@@ -90,7 +90,7 @@ fn ref_pitch_readings_through_the_command() {
     assert_eq!(output.status.code(), Some(1), "out of grade 4");
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("OUT of tolerance: f_p left"), "{text}");
-    assert!(text.contains("sets the grade"), "{text}");
+    assert!(text.contains("determines the grade"), "{text}");
     let rows = std::fs::read_to_string(&csv).unwrap();
     assert_eq!(rows.lines().count(), 5, "{rows}");
     assert!(
@@ -490,7 +490,7 @@ fn refuses_bad_tables_of_limits() {
     let gear = put(folder.path(), "gear.toml", &text);
     for (table, said) in [
         ("", "no column `quantity`"),
-        (head, "has no line"),
+        (head, "has no rows"),
         (&format!("{head}dt_sun,7,1,10,50,80,9\n"), "dt_sum"),
         (
             &format!("{head}dt_sum,seven,1,10,50,80,9\n"),

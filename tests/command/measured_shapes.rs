@@ -281,7 +281,7 @@ fn exact_log_axis() {
     ]);
     assert_eq!(code, "conflict");
     assert!(
-        message.contains("time, s") && message.contains("holds 0"),
+        message.contains("time, s") && message.contains("has the value 0"),
         "{message}"
     );
     assert!(!folder.path().join("s.svg").exists());

@@ -637,7 +637,7 @@ fn keeps_no_empty_plots() {
     write_page(&line.split(' ').collect::<Vec<_>>(), &page);
     let text = std::fs::read_to_string(&page).unwrap();
     assert!(text.contains("\"figures\":[]"));
-    assert!(text.contains("left out plots over time: the study keeps no history"));
+    assert!(text.contains("left out plots over time: the study has no history"));
 }
 
 /// A million points in two outputs: the size of the page; the times to its last stroke and of a zoom step are printed.

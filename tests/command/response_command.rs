@@ -151,7 +151,7 @@ fn refuses_with_exit_two() {
         )
     };
     for (more, word) in [
-        (&["--band", "0:10"][..], "free to turn away"),
+        (&["--band", "0:10"][..], "can turn freely"),
         (&[], "`band`"),
         (&["--band", "10:1"], "is not a band"),
         (&["--band", "nan:1"], "nan"),
@@ -172,7 +172,7 @@ fn refuses_with_exit_two() {
         (&["--band", "1:10", "--input", "shaft.force"], "driven"),
         (
             &["--band", "1:10", "--input", "ground.x"],
-            "nothing of this machine",
+            "no element of this machine is connected",
         ),
         (&["--band", "1:10", "--input", "ground.up"], "`x`"),
     ] {
@@ -391,7 +391,7 @@ fn refuses_speeds_that_cannot_be() {
         ),
         (&["--run-up", "3000:0:10"], "range of speeds"),
         (&["--run-up", "0:3000:10", "--output", "nobody"], "nobody"),
-        (&["--orders", "3"], "--orders does nothing here"),
+        (&["--orders", "3"], "--orders has no effect here"),
     ] {
         let arguments = [&["response", pair][..], arguments].concat();
         let output = geardyn(&arguments);

@@ -151,7 +151,7 @@ fn law_the_table_shows_how_far_the_motion_is_predictable() {
         assert!(text.contains(words), "{words}\n{text}");
     }
     assert!(
-        beside.contains("a second run from a changed start"),
+        beside.contains("a second run from a perturbed initial state"),
         "{beside}"
     );
     let (_, text, beside) = said(&["simulate", &scene, "--no-sensitivity"]);

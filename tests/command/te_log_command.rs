@@ -419,7 +419,7 @@ fn exact_declared_errors_come_back() {
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.contains("5 values of 5 declared"), "{text}");
     assert!(
-        text.contains("most of it: order 1, index_wheel cumulative-pitch = output"),
+        text.contains("dominant: order 1, index_wheel cumulative-pitch = output"),
         "{text}"
     );
     assert!(text.contains("mean turn of input"), "{text}");

@@ -150,7 +150,7 @@ fn ref_gear_38_51_grid() {
         let (xyz, n) = (vector(&node["xyz"]), vector(&node["n"]));
         let at = flank
             .envelope
-            .on_circle([xyz.x, f64::hypot(xyz.y, xyz.z)], middle)
+            .intersect_circle([xyz.x, f64::hypot(xyz.y, xyz.z)], middle)
             .unwrap();
         let point = flank.envelope.point(at).unwrap();
         let listed = |v: Vector| Vector::new(v.z, v.y, -v.x);
@@ -397,7 +397,7 @@ fn exact_structure_elements() {
             let (distance, delta) = (elements.cone_distance, elements.cone_angle);
             let at = |distance: f64, delta: f64| {
                 let circle = [distance * delta.cos(), distance * delta.sin()];
-                let at = flank.envelope.on_circle(circle, point.at).unwrap();
+                let at = flank.envelope.intersect_circle(circle, point.at).unwrap();
                 flank.envelope.point(at).unwrap()
             };
             let along =

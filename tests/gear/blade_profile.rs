@@ -142,7 +142,10 @@ fn exact_profile_crowning_of_a_formate_flank() {
                 let s = height / cos;
                 let point = plain.envelope.point([s, theta, 0.0]).unwrap();
                 let ray = (point.point, point.normal);
-                let (_, found) = curved.envelope.on_ray(ray.0, ray.1, point.at).unwrap();
+                let (_, found) = curved
+                    .envelope
+                    .intersect_ray(ray.0, ray.1, point.at)
+                    .unwrap();
                 let off = (height - cutter.profile_height) / cos;
                 // Normals point out of the metal.
                 let rise = radius.abs() - (radius * radius - off * off).sqrt();
@@ -172,7 +175,9 @@ fn exact_toprem_relief_of_a_formate_flank() {
             let height = toprem.depth - share * (toprem.depth - edge);
             let (s, theta) = (height / cos, 1.1);
             let point = plain.envelope.point([s, theta, 0.0]).unwrap();
-            let (at, found) = relief.on_ray(point.point, point.normal, point.at).unwrap();
+            let (at, found) = relief
+                .intersect_ray(point.point, point.normal, point.at)
+                .unwrap();
             let [first, last] = relief.surface.range();
             assert!(first < at[0] && at[0] < last);
             let depth = (toprem.depth - height) / cos;
@@ -200,7 +205,7 @@ fn order_straight_blade_is_the_limit() {
         let at = |height: f64| {
             let point = plain.point([0.5, height], middle).unwrap();
             let (_, found) = (curved.envelope)
-                .on_ray(point.point, point.normal, point.at)
+                .intersect_ray(point.point, point.normal, point.at)
                 .unwrap();
             found
         };
@@ -258,7 +263,7 @@ fn law_tooth_is_what_the_blade_leaves() {
                 let Some(found) = flank.tooth_point(place, middle) else {
                     continue;
                 };
-                let on_blade = flank.envelope.on_circle(place, middle);
+                let on_blade = flank.envelope.intersect_circle(place, middle);
                 let reaches = on_blade.is_some_and(|at| at[0] >= flank.envelope.surface.range()[0]);
                 in_corner += usize::from(reaches && found.in_fillet);
                 let point = found.point.point.coordinates;

@@ -190,7 +190,7 @@ fn gear_angle_of(pair: &FlankPair, of_pinion: Vector, angle: f64, near: [f64; 3]
     let place = [in_gear.z, in_gear.x.hypot(in_gear.y)];
     let gear = &pair.flanks[1].envelope;
     let own = gear
-        .point(gear.on_circle(place, near).unwrap())
+        .point(gear.intersect_circle(place, near).unwrap())
         .unwrap()
         .point
         .coordinates;
@@ -256,7 +256,7 @@ fn exact_ease_off() {
     for [face, height] in [[0.2, 0.3], [0.5, 0.5], [0.5, 0.8], [0.8, 0.6]] {
         let start = [y[5], y[4], contact.pinion_angle];
         let at = conjugate
-            .on_circle(pair.flanks[0].section.at(face, height), start)
+            .intersect_circle(pair.flanks[0].section.at(face, height), start)
             .unwrap();
         let node = conjugate.point(at).unwrap().point.coordinates;
         let ahead = |angle: f64| {
@@ -310,7 +310,7 @@ fn exact_terms_of_an_ease_off() {
     ];
     let expected = [1.0, 2.0, -3.0, 40.0, -5.0, 6.0].map(|t| 1e-6 * t);
     let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
-    within("terms, m", apart.fold(terms.rest, f64::max), 1e-18);
+    within("terms, m", apart.fold(terms.residual, f64::max), 1e-18);
 }
 
 /// More offset makes the pinion's spiral angle exceed the gear's by more: angles of the common tooth line with the generators from both
@@ -356,12 +356,12 @@ fn law_ease_off_of_a_formate_gear() {
         let r = pinion.point(of_pinion).unwrap().point.coordinates;
         let place = [r.z, r.x.hypot(r.y)];
         let at = conjugate
-            .on_circle(place, [y[3], y[4], here.pinion_angle])
+            .intersect_circle(place, [y[3], y[4], here.pinion_angle])
             .unwrap();
         let of_conjugate = conjugate.point(at).unwrap();
         let inward = Direction::new(of_conjugate.normal.components);
         let (found, gap) = pinion
-            .on_ray(of_conjugate.point, inward, of_pinion)
+            .intersect_ray(of_conjugate.point, inward, of_pinion)
             .unwrap();
         // The place on the ray, at the angle at which its conjugate touches.
         let angle = at[2];
@@ -371,7 +371,7 @@ fn law_ease_off_of_a_formate_gear() {
         let in_gear = pair.pose(1, 0.0).inverse().apply(on_ray);
         let on_circle = [in_gear.z, in_gear.x.hypot(in_gear.y)];
         let touching = gear
-            .point(gear.on_circle(on_circle, of_gear).unwrap())
+            .point(gear.intersect_circle(on_circle, of_gear).unwrap())
             .unwrap();
         let turn = azimuth(in_gear) - azimuth(touching.point.coordinates);
         let nominal = reference.gear_angle() + pair.ratio() * (angle - reference.pinion_angle);

@@ -10,7 +10,7 @@ use geardyn::internals::gear::cut::measured_flank::{FlankNode, MeasuredFlank};
 use geardyn::internals::gear::cut::root_point::RootPoint;
 use geardyn::internals::gear::cut::sensitivity::MachineChain;
 use geardyn::internals::gear::cut::setting::{FlankSetup, Setting, SettingKind};
-use geardyn::internals::gear::cut::shapes::shape_rests;
+use geardyn::internals::gear::cut::shapes::residual_shapes;
 use geardyn::internals::gear::cut::target::EaseOffTarget;
 use geardyn::internals::gear::hand::Hand;
 
@@ -102,7 +102,7 @@ fn distances(
     section: ToothSection,
 ) -> Vec<f64> {
     let envelope = setup.flank(hand, section).envelope;
-    let distance = |n: &FlankNode| envelope.on_ray(n.point, n.normal, n.at).unwrap().1;
+    let distance = |n: &FlankNode| envelope.intersect_ray(n.point, n.normal, n.at).unwrap().1;
     nodes.iter().map(distance).collect()
 }
 
@@ -218,7 +218,7 @@ fn ref_settings_from_a_measured_grid() {
             1e-5,
         );
     }
-    let largest = fit.rests[0]
+    let largest = fit.residuals[0]
         .iter()
         .flatten()
         .fold(0f64, |most, x| most.max(x.abs()));
@@ -318,7 +318,7 @@ fn law_five_directions_are_seen() {
     assert_eq!((fit.kept, fit.is_converged), (5, true));
     assert!((13e-6..15e-6).contains(&values[0]) && (10e-6..12e-6).contains(&values[1]));
     assert!(values[5] < 5e-8 && values[10] < 1e-13);
-    let squares: f64 = fit.rests[0].iter().flatten().map(|x| x * x).sum();
+    let squares: f64 = fit.residuals[0].iter().flatten().map(|x| x * x).sum();
     let rest = (squares / 45.0).sqrt();
     assert!(rest < 1e-8, "{rest:e}");
     let off = freed
@@ -329,7 +329,7 @@ fn law_five_directions_are_seen() {
         off.fold(0.0, f64::max) > 0.1,
         "the flank does not show all settings"
     );
-    for (k, rest) in shape_rests(&problem.flanks, &fit.nominal, fit.kept)
+    for (k, rest) in residual_shapes(&problem.flanks, &fit.nominal, fit.kept)
         .iter()
         .enumerate()
     {
@@ -465,7 +465,7 @@ fn law_synthesis_from_far_starts() {
         let Ok(fit) = problem.solve() else {
             continue;
         };
-        let rests: Vec<f64> = fit.rests[0].iter().flatten().copied().collect();
+        let rests: Vec<f64> = fit.residuals[0].iter().flatten().copied().collect();
         if rests.len() == problem.flanks[0].nodes.len() {
             let squares: f64 = rests.iter().map(|x| x * x).sum();
             found.push((squares / rests.len() as f64).sqrt());
@@ -496,7 +496,10 @@ fn exact_depth_of_the_slot() {
     let (pinion, hand, section) = pinion();
     let roots = RootPoint::of(&pinion.flank(hand, section)).unwrap();
     let deeper = |setting: Setting, by: f64| {
-        roots.map(|root| root.deeper_by(&pinion.changed(setting, by), hand).unwrap())
+        roots.map(|root| {
+            root.depth_change(&pinion.changed(setting, by), hand)
+                .unwrap()
+        })
     };
     for depth in deeper(Setting::SlidingBase, 1e-4) {
         within("sliding base, m", (depth + 1e-4).abs(), 1e-12);

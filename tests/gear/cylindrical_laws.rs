@@ -317,7 +317,7 @@ fn law_values_of_a_design_bring_no_new_warning() {
             };
             valued += 1;
             lengthened += usize::from(is_short);
-            let changed = design.with(nearest);
+            let changed = design.with_nearest(nearest);
             let again = Pair::new(changed.members, changed.centre_distance).unwrap();
             for new in again.warnings() {
                 let is_old = met

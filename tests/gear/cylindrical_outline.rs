@@ -84,7 +84,7 @@ fn against_rack<C: Curve>(
         let slide = -c.z / gear.helix.cos();
         let turns = envelope.motion_parameters([u, slide]);
         let at = envelope
-            .on_circle([0.0, *r], [u, slide, turns[0]])
+            .intersect_circle([0.0, *r], [u, slide, turns[0]])
             .unwrap_or_else(|| panic!("{i}: no point of the envelope at {r}"));
         let p = envelope.point(at).unwrap().point.coordinates;
         let from_space = p.x.atan2(p.y);
@@ -183,7 +183,7 @@ fn exact_ring_fillet_is_the_envelope_of_its_shaper() {
                 .into_iter()
                 .min_by(|a, b| a.abs().total_cmp(&b.abs()))
                 .unwrap();
-            let at = envelope.on_circle([0.0, r], [u, 0.0, x]).unwrap();
+            let at = envelope.intersect_circle([0.0, r], [u, 0.0, x]).unwrap();
             let p = envelope.point(at).unwrap().point.coordinates;
             let from_space = (-p.y).atan2(p.x);
             let expected = PI / f64::from(teeth) - psi;

@@ -86,7 +86,7 @@ fn ref_near_coincidences() {
         );
         let other = index(twin, twin_angle).unwrap();
         let confusion = found
-            .confusions
+            .ambiguities
             .iter()
             .find(|c| c.candidates == [0, other])
             .unwrap();
@@ -118,9 +118,9 @@ fn ref_near_coincidences() {
         assert!(is(&found.candidates[0], size, angle));
         let behind = |i: usize| !is(&found.candidates[i], twin, twin_angle);
         assert!(
-            found.confusions.iter().all(|c| behind(c.candidates[1])),
+            found.ambiguities.iter().all(|c| behind(c.candidates[1])),
             "{:?}",
-            found.confusions
+            found.ambiguities
         );
         readings.tip_diameter = Some(reading(member.tip_diameter(), 1e-5));
         readings.root_diameter = Some(reading(member.root_diameter(0.1), 1e-5));
@@ -298,7 +298,7 @@ fn check_reversals(count: usize, seed: u64, is_stated: bool) {
             .map(|x| (x - gear.profile_shift).abs());
         assert_eq!(x.is_some(), is_stated || has_tip);
         assert!(!is_stated || x < Some(tolerance), "{gear:?} {truth:?}");
-        for c in &found.confusions {
+        for c in &found.ambiguities {
             let [a, b] = c.candidates.map(|i| &found.candidates[i]);
             assert!(b.misfit - a.misfit < 9.0);
             for remedy in &c.remedies {
@@ -372,14 +372,14 @@ fn exact_thinned_gears_fit_their_readings() {
         within("x", (truth.profile_shift().unwrap() - x).abs(), 1e-10);
         let first = found.candidates[0].misfit;
         assert!(
-            index == 0 || found.confusions.iter().any(|c| c.candidates == [0, index]),
+            index == 0 || found.ambiguities.iter().any(|c| c.candidates == [0, index]),
             "{first}: {:?}",
             found.candidates
         );
     }
 }
 
-/// Spans that no usual reading of the gear can take are not advised: anvils over 14 of 30 teeth would pass the tips.
+/// Spans that no common reading of the gear can take are not advised: anvils over 14 of 30 teeth would pass the tips.
 #[test]
 fn exact_advised_spans_touch_the_flanks() {
     let gear = spur(30, 1.25e-3, 17.5, 0.1);
@@ -389,7 +389,7 @@ fn exact_advised_spans_touch_the_flanks() {
         20e-6,
     ));
     let found = readings.reverse().unwrap();
-    let advised = found.confusions.iter().flat_map(|c| &c.remedies);
+    let advised = found.ambiguities.iter().flat_map(|c| &c.remedies);
     let spans: Vec<[u32; 2]> = advised
         .filter_map(|remedy| match remedy {
             Remedy::Spans { teeth, .. } => Some(*teeth),
@@ -496,7 +496,7 @@ fn law_a_tip_diameter_may_separate() {
     readings.thickness_deviation = None;
     let found = readings.reverse().unwrap();
     let twin = |c: &Candidate| is(c, ToothSize::DiametralPitch(7.0), 25.0);
-    let open = (found.confusions.iter()).find(|c| {
+    let open = (found.ambiguities.iter()).find(|c| {
         twin(&found.candidates[c.candidates[1]]) || twin(&found.candidates[c.candidates[0]])
     });
     let may = |remedy: &Remedy| matches!(remedy, Remedy::TipDiameter([_, most]) if *most > 60e-6);

@@ -120,7 +120,7 @@ fn ref_hypoid_pitch_point() {
             angle = angle.max((contact.contact_line.to_degrees() - want("line")).abs());
             // The case counts across the tooth towards the flank.
             for (cut, key) in contact
-                .action_cuts
+                .action_angles
                 .into_iter()
                 .zip(["sa_pitch", "sa_normal"])
             {

@@ -91,7 +91,7 @@ fn ref_nasa_flanks() {
         for node in case["grid_computed_here"][name].as_array().unwrap() {
             let (face, height) = (number(&node["face"]), number(&node["height"]));
             let at = flank
-                .on_circle(nasa_section(&case, settings, face, height), seed)
+                .intersect_circle(nasa_section(&case, settings, face, height), seed)
                 .unwrap();
             let point = flank.point(at).unwrap();
             places = places.max((point.point.coordinates - vector(&node["xyz"])).norm());
@@ -103,7 +103,7 @@ fn ref_nasa_flanks() {
         within(&format!("{name}: points, in"), places, 1e-13);
         within(&format!("{name}: normals"), normals, 1e-13);
         let at = flank
-            .on_circle(nasa_section(&case, settings, 0.0, 0.0), seed)
+            .intersect_circle(nasa_section(&case, settings, 0.0, 0.0), seed)
             .unwrap();
         let published = vector(&settings["published_point_toe_root"]);
         let apart = (flank.point(at).unwrap().point.coordinates - published).norm();
@@ -233,7 +233,7 @@ fn ref_gear_38_51() {
     for node in case["points"].as_array().unwrap() {
         let (xyz, n) = (vector(&node["xyz"]), vector(&node["n"]));
         let section = [xyz.x, f64::hypot(xyz.y, xyz.z)];
-        let at = flank.on_circle(section, start).unwrap();
+        let at = flank.intersect_circle(section, start).unwrap();
         let point = flank.point(at).unwrap();
         let listed = |v: Vector| Vector::new(v.z, v.y, -v.x);
         places = places.max((listed(point.point.coordinates) - xyz).norm());
@@ -409,7 +409,7 @@ fn ref_flank_from_an_error_of_the_roll() {
             phase: 0.3,
         };
         let at = ideal
-            .on_circle(nasa_section(&nodes, settings, row[2], row[3]), seed)
+            .intersect_circle(nasa_section(&nodes, settings, row[2], row[3]), seed)
             .unwrap();
         assert!((at[2] - row[4]).abs() < 6e-6, "{at:?} {row:?}");
         let point = ideal.point(at).unwrap();
@@ -420,7 +420,9 @@ fn ref_flank_from_an_error_of_the_roll() {
         let turn = law.at(at[2])[0];
         first = first.max((arm * turn * MICROMETRES - row[5]).abs());
         let changed = nasa_flank(settings, Some(law));
-        let (_, distance) = changed.on_ray(point.point, point.normal, at).unwrap();
+        let (_, distance) = changed
+            .intersect_ray(point.point, point.normal, at)
+            .unwrap();
         exact = exact.max((distance * MICROMETRES - row[6]).abs());
     }
     within("first order, µm", first, 5.1e-5);
@@ -445,7 +447,7 @@ fn exact_formate() {
     for face in [0.1, 0.5, 0.9] {
         for height in [0.1, 0.5, 0.9] {
             let section = nasa_section(&case, settings, face, height);
-            let at = formate.on_circle(section, [8.0, 4.1, 0.0]).unwrap();
+            let at = formate.intersect_circle(section, [8.0, 4.1, 0.0]).unwrap();
             let point = formate.point(at).unwrap();
             let r = point.point.coordinates;
             within(

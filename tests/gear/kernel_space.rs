@@ -419,7 +419,7 @@ fn ref_hobbing_under_two_motions() {
             let phi = phi.to_radians();
             let start_u = if involute { 38.0 } else { 40.0 };
             let [u, theta] = envelope
-                .under_two_motions(phi, &feed, [start_u, -phi])
+                .two_motion_point(phi, &feed, [start_u, -phi])
                 .unwrap();
             let in_hob = envelope.surface.jet([u, theta]).unwrap().r;
             let found_psi = (in_hob.y.atan2(in_hob.x) + phi).to_degrees();
@@ -503,8 +503,8 @@ fn survives_degenerate_envelopes() {
             assert!(numbers.iter().flatten().all(|v| v.is_finite()), "{point:?}");
         }
         let _ = envelope.motion_parameters([0.5, theta]);
-        let _ = envelope.on_circle([1.0, 2.0], [0.5, theta, x]);
-        let _ = envelope.under_two_motions(x, &joint, [0.5, theta]);
+        let _ = envelope.intersect_circle([1.0, 2.0], [0.5, theta, x]);
+        let _ = envelope.two_motion_point(x, &joint, [0.5, theta]);
     }
 }
 

@@ -10,7 +10,7 @@ use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
 use geardyn::internals::gear::load::mesh_result::MeshResult;
-use geardyn::internals::gear::load::relief::least_peak_to_peak;
+use geardyn::internals::gear::load::relief::optimal_tip_relief;
 
 use crate::load_mesh::{ISO, long_relief, member, pair};
 use crate::verification::within;
@@ -207,7 +207,7 @@ fn law_least_relief() {
         positions: 20,
         ..MeshOptions::default()
     };
-    let least = least_peak_to_peak(&pair, &options, [60.0, 120.0]).unwrap();
+    let least = optimal_tip_relief(&pair, &options, [60.0, 120.0]).unwrap();
     let worst = |values: &[f64]| values.iter().fold(0.0f64, |most, p| most.max(*p));
     assert!(worst(&least.peak_to_peak) < worst(&least.without));
     for factor in [0.5, 0.9, 1.1, 2.0] {

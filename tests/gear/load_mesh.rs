@@ -10,7 +10,7 @@ use geardyn::internals::gear::load::contact_path::ContactPath;
 use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
-use geardyn::internals::gear::load::relief::least_peak_to_peak;
+use geardyn::internals::gear::load::relief::optimal_tip_relief;
 use geardyn::internals::numeric::statistics::peak_to_peak;
 
 use crate::cases::{case, number, numbers};
@@ -331,7 +331,7 @@ fn exact_least_relief() {
         positions: 40,
         ..MeshOptions::default()
     };
-    let least = least_peak_to_peak(&pair, &options, [low * radius, high * radius]).unwrap();
+    let least = optimal_tip_relief(&pair, &options, [low * radius, high * radius]).unwrap();
     let amount = 0.5 * (low + high) / k;
     within(
         "amount",

@@ -354,7 +354,7 @@ fn law_stations_converge() {
     let te = |result: &FlankMeshResult, k: usize| result.cycles[k].of(|p| arcsec(p.te));
     let finest = map(48, Some(&teeth));
     let coarse = |k: usize, result: &FlankMeshResult| {
-        let of = result.cycles[k].of(|p| p.coarse);
+        let of = result.cycles[k].of(|p| p.cell_width_ratio);
         of.into_iter().fold(0.0, f64::max)
     };
     println!("half widths in a cell {:.3}", coarse(1, &finest));

@@ -425,7 +425,7 @@ fn exact_end_of_contact() {
     let generated = conjugate(&circles(R1, -R2), tool, 50).unwrap();
     let error = check_limits(&generated).unwrap_err();
     assert!(
-        error.to_string().contains("touches nothing beyond"),
+        error.to_string().contains("has no contact beyond"),
         "{error}"
     );
 }
@@ -475,11 +475,11 @@ fn refuses_profiles_that_cannot_be() {
     );
     says(
         text(Shape::arc(z(0.1, 0.0), 1e-3, [1.0, 0.0])),
-        "limits must rise",
+        "limits must increase",
     );
     says(
         text(Shape::involute(R1, 0.0, true, [-0.1, 0.5])),
-        "starts at 0 on the base circle",
+        "from the base circle",
     );
     says(
         text(Shape::involute(f64::NAN, 0.0, true, [0.1, 0.5])),
@@ -487,7 +487,7 @@ fn refuses_profiles_that_cannot_be() {
     );
     says(
         text(Shape::cycloid(R1, -R1, 0.0, [0.1, 0.5])),
-        "makes no cycloid",
+        "gives no cycloid",
     );
     let mut points: Vec<Complex> = (0..9).map(|i| z(0.05, 1e-3 * f64::from(i))).collect();
     says(
@@ -505,7 +505,7 @@ fn refuses_profiles_that_cannot_be() {
     let error = steep
         .contacts(&circles(R1, -R2), &[0.0, 1e-3], 0.0)
         .unwrap_err();
-    says(error.to_string(), "right angles");
+    says(error.to_string(), "perpendicular");
     says(Centrode::circle(0.0).unwrap_err().to_string(), "not zero");
     // A line far from the pitch circle, its normals parallel to the tangent beyond it.
     let far = Shape::line(z(2.0 * R1, 0.0), z(3.0 * R1, 0.0)).unwrap();
@@ -522,5 +522,5 @@ fn refuses_profiles_that_cannot_be() {
     };
     let line = Shape::line(z(-1e-3, 0.0), z(1e-3, 3e-4)).unwrap();
     let error = envelope(&mixed, line, [-0.1, 0.1]).unwrap_err();
-    says(error.to_string(), "take the conjugate by normals");
+    says(error.to_string(), "use the conjugate by normals");
 }

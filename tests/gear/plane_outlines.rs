@@ -310,7 +310,11 @@ fn exact_rack_made_elliptic_pair() {
             .collect();
         for check in check_gearing(&pair, &gear_1, &gear_2, &angles).unwrap() {
             within("error of an elliptic pair", check.error.abs(), 1e-13);
-            within("miss of the pitch point", check.miss.abs() / 0.1, 1e-10);
+            within(
+                "miss of the pitch point",
+                check.pitch_point_deviation.abs() / 0.1,
+                1e-10,
+            );
         }
     }
 }

@@ -82,7 +82,11 @@ fn exact_camus_cycloidal_pair() {
     let angles: Vec<f64> = arcs[8..50].iter().map(|s| s / R1).collect();
     for check in check_gearing(&pair, &on_1, &on_2, &angles).unwrap() {
         within("transmission error", check.error.abs(), 1e-14);
-        within("miss of the pitch point", check.miss.abs() / R1, 1e-11);
+        within(
+            "miss of the pitch point",
+            check.pitch_point_deviation.abs() / R1,
+            1e-11,
+        );
     }
 }
 

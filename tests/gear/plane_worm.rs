@@ -49,7 +49,7 @@ fn ref_plane_worm_contact() {
         place = place.max((first.undercut - row[7]).abs());
         curvature = curvature.max((-first.relative_curvature - row[8]).abs());
         angle = angle.max((first.lubrication_angle().to_degrees() - row[9]).abs());
-        let second = line.touching_again(eta).unwrap();
+        let second = line.second_contact_at(eta).unwrap();
         let delta = (second.wheel_turn - turn) / pair.ratio;
         angle = angle.max((delta.to_degrees() - row[10]).abs());
         angle = angle.max((second.wheel_turn.to_degrees() - row[11]).abs());
@@ -94,12 +94,12 @@ fn ref_plane_worm_near_its_limit() {
     let mut worst = 0f64;
     for row in rows(&case, "near_limit") {
         let first = line.first_contact(limit + row[0]).unwrap();
-        let second = line.touching_again(limit + row[0]).unwrap();
+        let second = line.second_contact_at(limit + row[0]).unwrap();
         worst = worst.max((-first.relative_curvature - row[2]).abs());
         worst = worst.max((second.relative_curvature - row[3]).abs());
     }
     within("relative curvatures, 1/mm", worst, 1e-9);
-    assert_eq!(line.touching_again(limit), None);
+    assert_eq!(line.second_contact_at(limit), None);
 }
 
 /// Height of the enveloped part over the plane at places of the wheel, and the curve where it begins.
@@ -116,7 +116,7 @@ fn ref_enveloped_part_of_the_tooth() {
     for (k, l) in (0..400).flat_map(|k| (0..100).map(move |l| (k, l))) {
         let turn = 0.4 + 0.4 * f64::from(k) / 400.0;
         let eta = 10.0 * f64::from(l) / 100.0;
-        let c = pair.generating_line(turn).touching_again(eta).unwrap();
+        let c = pair.generating_line(turn).second_contact_at(eta).unwrap();
         let off = f64::hypot(radius(&c) - row[0], c.in_wheel.y);
         if off < nearest.0 && c.relative_curvature < 0.0 {
             nearest = (off, c.height);

@@ -61,7 +61,7 @@ fn exact_lines_lie_on_worm_and_wheel() {
     let (pair, zone) = worm_pair();
     let mut off = 0f64;
     for hand in [1.0, -1.0] {
-        let turning = pair.turning(&zone, [2, 40]).unwrap().of_hand(hand);
+        let turning = pair.turning_pair(&zone, [2, 40]).unwrap().of_hand(hand);
         let [worm, wheel] = &turning.members;
         assert!(contacts(&turning).count() > 1000);
         for (angles, point) in contacts(&turning) {
@@ -85,7 +85,7 @@ fn exact_lines_lie_on_worm_and_wheel() {
 fn law_rings_go_on_to_the_next_tooth() {
     let (pair, zone) = worm_pair();
     for hand in [1.0, -1.0] {
-        let turning = pair.turning(&zone, [2, 40]).unwrap().of_hand(hand);
+        let turning = pair.turning_pair(&zone, [2, 40]).unwrap().of_hand(hand);
         for member in &turning.members {
             let points = &member.sector.points;
             let around = points.len() / member.sector.rings;
@@ -104,7 +104,7 @@ fn law_rings_go_on_to_the_next_tooth() {
 #[test]
 fn law_wheel_touches_the_worm() {
     let (pair, zone) = worm_pair();
-    let turning = pair.turning(&zone, [2, 40]).unwrap();
+    let turning = pair.turning_pair(&zone, [2, 40]).unwrap();
     let wheel = &turning.members[1];
     let flank =
         |radius: f64, z: f64| Some(z / pair.worm.lead + pair.worm.transverse_azimuth(radius)?);
@@ -180,7 +180,7 @@ fn exact_lines_lie_on_hourglass_worm_and_wheel() {
         wheel_tip_radius: 106.0,
     };
     let turns = zone.turns(&pair).unwrap();
-    let turning = pair.turning(&zone, [1, 40]).unwrap();
+    let turning = pair.turning_pair(&zone, [1, 40]).unwrap();
     let [worm, wheel] = &turning.members;
     let mut off = [0f64; 2];
     assert!(contacts(&turning).count() > 1000);
@@ -189,7 +189,7 @@ fn exact_lines_lie_on_hourglass_worm_and_wheel() {
         let flank = pair.worm_azimuth(radius, z).unwrap();
         off[0] = off[0].max((radius * off_pitch(azimuth - flank, 1)).abs());
         let [radius, azimuth, h] = place(wheel, angles[1], point);
-        let at = pair.tooth_place(radius, -h, turns).unwrap();
+        let at = pair.tooth_point(radius, -h, turns).unwrap();
         off[1] = off[1].max((radius * off_pitch(azimuth - at.z.atan2(-at.x), 40)).abs());
     }
     within("distance of lines from the worm, mm", off[0], 1e-6);
@@ -222,7 +222,7 @@ fn exact_ellipses_lie_between_crossed_gears() {
     };
     let path = pair.path().unwrap();
     let coating = 6e-3;
-    let turning = pair.turning(&path, [30.0; 2], coating).unwrap();
+    let turning = pair.turning_pair(&path, [30.0; 2], coating).unwrap();
     // Height of a point over the flank of a member, out of the metal along the base helix.
     let height = |k: usize, angle: f64, point: Vector| {
         let gear = pair.gears[k];

@@ -168,7 +168,7 @@ fn law_second_contacts_bound_the_worm() {
     let mut points = Vec::new();
     for turn in [0.25, 0.35, 0.45] {
         let line = pair.generating_line(turn);
-        let second = (-8..=8).filter_map(|k| line.touching_again(f64::from(k)));
+        let second = (-8..=8).filter_map(|k| line.second_contact_at(f64::from(k)));
         let real = second.filter(|c| c.relative_curvature < 0.0 && on_tooth(c));
         points.extend(real.map(|c| c.in_wheel));
     }

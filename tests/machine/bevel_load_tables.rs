@@ -119,7 +119,7 @@ fn standstill(scene: &Scene, machine: &PreparedMachine, whole: bool) -> Simulati
         ..SimulateStudy::default()
     };
     match whole {
-        true => SimulationSetup::of_whole_meshes(machine, &begin, &study),
+        true => SimulationSetup::with_single_spring_meshes(machine, &begin, &study),
         false => SimulationSetup::new(machine, &begin, &study),
     }
     .unwrap_or_else(|e| panic!("{e}"))
@@ -202,7 +202,7 @@ fn law_small_oscillation_about_a_load() {
     }
 }
 
-/// The stage names both laws and states the errors between the torques, and `periodic` refuses a stiffness that follows its load.
+/// The stage names both laws and states the errors between the torques, and `periodic` refuses a load-dependent stiffness.
 #[test]
 fn survives_in_words() {
     let (path, ..) = several();
@@ -232,7 +232,7 @@ fn survives_in_words() {
         .unwrap()
         .to_string();
     assert!(
-        refused.contains("the stiffness of g follows its load"),
+        refused.contains("the stiffness of g depends on its load"),
         "{refused}"
     );
 }

@@ -277,7 +277,7 @@ fn refuses_what_contradicts_a_bevel_file() {
         .unwrap()
         .to_string();
     assert!(
-        refused.contains("which its coast flanks carry") && refused.contains("side = \"coast\""),
+        refused.contains("loads its coast flanks") && refused.contains("side = \"coast\""),
         "{refused}"
     );
 }

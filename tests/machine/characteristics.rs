@@ -184,7 +184,7 @@ fn refuses_what_is_no_characteristic() {
         ),
         (
             "characteristic = { kind = \"power\", torque = 1e300, deflection = 1e-300, exponent = 3.0 }",
-            "range of numbers",
+            "overflow",
         ),
         (
             "characteristic = { kind = \"power\", torque = nan, deflection = 1.0, exponent = 2.0 }",

@@ -30,7 +30,7 @@ fn disc(laws: Vec<ForceLaw>) -> DynamicModel {
         elements: laws.into_iter().map(element).collect(),
         forces: Vec::new(),
         mass_damping: 0.0,
-        unattached: None,
+        global_matrices: None,
     }
 }
 

@@ -342,7 +342,7 @@ fn law_refusals_are_counted() {
             .unwrap();
         let spent: f64 = spent.parse().unwrap();
         assert!(spent < 0.2 * MAX_WORK as f64, "{why}");
-        let (_, whole) = rest.split_once("would take about ").unwrap();
+        let (_, whole) = rest.split_once("the estimated total is about ").unwrap();
         let whole: f64 = whole.split_once(' ').unwrap().0.parse().unwrap();
         assert!(whole > 10.0 * MAX_WORK as f64, "{why}");
     }

@@ -434,7 +434,7 @@ fn refuses_what_makes_no_sense() {
             pair(
                 "module = 2e-3, k = 1e8, helix_angle = \"20 deg\", friction = 0.1, sliding = \"path\"",
             ),
-            "bit by bit",
+            "gradually",
         ),
         (
             pair("module = 2e-3, k = 1e8, sliding = \"path\""),
@@ -456,7 +456,7 @@ fn refuses_what_makes_no_sense() {
         ),
         (
             bearing("friction = 0.1, friction_radius = 0.02, carries = \"mesh\""),
-            "no elastic pair",
+            "not an elastic pair",
         ),
         (
             bearing("friction_torque = 0.1, radial_load = 5.0"),

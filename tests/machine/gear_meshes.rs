@@ -177,7 +177,7 @@ fn exact_stated_keys() {
         at: InitialState::Steady,
         ..InitialConditions::default()
     };
-    let one = SimulationSetup::of_whole_meshes(&by_file, &begin, &study).unwrap();
+    let one = SimulationSetup::with_single_spring_meshes(&by_file, &begin, &study).unwrap();
     let other = SimulationSetup::new(&stated, &begin, &study).unwrap();
     let mut worst = 0.0f64;
     for step in 0..200 {
@@ -488,9 +488,12 @@ fn exact_phases_of_planets() {
             outputs: vec!["p.planet_1".into()],
             ..SimulateStudy::default()
         };
-        let setup =
-            SimulationSetup::of_whole_meshes(&machine, &InitialConditions::default(), &study)
-                .unwrap();
+        let setup = SimulationSetup::with_single_spring_meshes(
+            &machine,
+            &InitialConditions::default(),
+            &study,
+        )
+        .unwrap();
         let model = &setup.model.model;
         let mut worst = 0.0f64;
         for step in 0..40 {
@@ -715,7 +718,7 @@ fn refuses_what_contradicts_the_file() {
     let said = scene_of(&fzg(", damping_ratio = 0.1"))
         .unwrap_err()
         .to_string();
-    assert!(said.contains("has losses and no stiffness"), "{said}");
+    assert!(said.contains("has losses but no stiffness"), "{said}");
     let machine = prepared(&fzg(""));
     assert!(
         matches!(&machine.meshes.decision, StageDecision::LeftOut(why) if why.contains("geometry alone"))

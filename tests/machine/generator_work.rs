@@ -69,7 +69,9 @@ fn ref_roll_error_on_the_flank() {
         let surplus = surplus_of_work(&point, hand) * error.at(point.at[2], 0.0);
         first = first.max((surplus * MICROMETRES + row[5]).abs());
         let changed = cut(&file, &error).envelope;
-        let (_, distance) = changed.on_ray(point.point, point.normal, point.at).unwrap();
+        let (_, distance) = changed
+            .intersect_ray(point.point, point.normal, point.at)
+            .unwrap();
         exact = exact.max((distance * MICROMETRES + row[6]).abs());
     }
     within("first order, µm", first, 5.1e-5);

@@ -29,7 +29,7 @@ fn exact_pitch_alone() {
     let flat = [vec![0.0; 30]];
     let flanks = FlankDeviations {
         pitch_surplus: &places,
-        along: &along,
+        roll: &along,
         profiles: &flat,
     };
     let record = te_against_master(&flanks, BASE_PITCH, 100).unwrap();
@@ -56,7 +56,7 @@ fn exact_crowned_profiles() {
     let places = [0.0; 12];
     let flanks = FlankDeviations {
         pitch_surplus: &places,
-        along: &along,
+        roll: &along,
         profiles: &profile,
     };
     let record = te_against_master(&flanks, BASE_PITCH, 400).unwrap();
@@ -81,7 +81,7 @@ fn law_pair_adds_up() {
     let flat = [vec![0.0; 50]];
     let flanks = |places| FlankDeviations {
         pitch_surplus: places,
-        along: &line,
+        roll: &line,
         profiles: &flat,
     };
     let pair = te_of_pair(&flanks(&first), &flanks(&second), BASE_PITCH, centre, 60).unwrap();
@@ -120,15 +120,15 @@ fn law_round_trip() {
     let profiles = [along.iter().map(|&s| shape(s)).collect()];
     let flanks = FlankDeviations {
         pitch_surplus: &places,
-        along: &along,
+        roll: &along,
         profiles: &profiles,
     };
     let record = te_against_master(&flanks, BASE_PITCH, 200).unwrap();
     let teeth = separate_pitch_and_profile(&record, z, overlap, Some(0.1e-6)).unwrap();
-    for (found, place) in teeth.places.iter().zip(&places) {
+    for (found, place) in teeth.pitch_surplus.iter().zip(&places) {
         near(found.value, place - mean, 1e-18);
     }
-    assert!(teeth.rest < 1e-18);
+    assert!(teeth.max_residual < 1e-18);
     assert!(teeth.roll[0] > 0.45 && *teeth.roll.last().unwrap() < 1.0);
     let true_profile: Vec<f64> = teeth
         .roll
@@ -142,7 +142,7 @@ fn law_round_trip() {
     }
     // The mean of 109 samples is that much surer than one.
     near(
-        teeth.places[0].std.unwrap(),
+        teeth.pitch_surplus[0].std.unwrap(),
         0.1e-6 * (16.0 / 17.0 / 109f64).sqrt(),
         1e-15,
     );
@@ -155,7 +155,7 @@ fn refuses_what_cannot_be_known() {
     let short = along(0.9 * BASE_PITCH, 30);
     let flanks = FlankDeviations {
         pitch_surplus: &places,
-        along: &short,
+        roll: &short,
         profiles: &flat,
     };
     let error = te_against_master(&flanks, BASE_PITCH, 50).unwrap_err();
@@ -164,7 +164,7 @@ fn refuses_what_cannot_be_known() {
     let twice = [vec![0.0; 30], vec![0.0; 30]];
     let flanks = FlankDeviations {
         pitch_surplus: &places,
-        along: &short,
+        roll: &short,
         profiles: &twice,
     };
     assert!(

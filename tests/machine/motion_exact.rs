@@ -34,7 +34,7 @@ fn train(mass: &[f64], branches: Vec<ForceElement>, drives: Vec<AppliedForce>) -
         elements: branches,
         forces: drives,
         mass_damping: 0.0,
-        unattached: None,
+        global_matrices: None,
     }
 }
 
@@ -580,7 +580,7 @@ fn law_general_machine_against_an_exponential() {
                     .copied()
                     .unwrap_or(0.0)
             });
-            machine.unattached = Some((k, c));
+            machine.global_matrices = Some((k, c));
         }
         let start: Vec<f64> = (0..machine.len()).map(|i| 0.3 * (i as f64).sin()).collect();
         let y = end(&machine, &start, 3.0);

@@ -244,7 +244,7 @@ fn check_no_event_lost(seed: u64, scenes: usize, places: usize) {
             let (from, segment) = (walk.position(), walk.next_segment(end));
             // At a jump of the stiffness a stand may give way at once.
             let places = if segment.to > from { places } else { 0 };
-            let regime = walk.whole_regime();
+            let regime = walk.full_regime();
             let ElementState::Contact(state, piece) = regime.states[0] else {
                 unreachable!()
             };
@@ -331,11 +331,11 @@ fn refuses_what_does_not_repeat() {
     let golden = |model: &mut DynamicModel| {
         model.forces[0].signal.harmonics[0].omega = 0.85 * 0.5 * (1.0 + 5f64.sqrt());
     };
-    assert!(reason(&golden).contains("share no period"));
+    assert!(reason(&golden).contains("have no common period"));
     let stiff = |model: &mut DynamicModel| {
         model
             .elements
             .push(branch("anvil", &[(0, 1.0)], spring(1e14, 0.0)));
     };
-    assert!(reason(&stiff).contains("pieces"));
+    assert!(reason(&stiff).contains("segments of a period"));
 }

@@ -75,7 +75,7 @@ fn train(mass: &[f64], branches: Vec<ForceElement>, drives: Vec<AppliedForce>) -
         elements: branches,
         forces: drives,
         mass_damping: 0.0,
-        unattached: None,
+        global_matrices: None,
     }
 }
 

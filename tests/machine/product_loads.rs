@@ -110,7 +110,7 @@ fn law_clutch_takes_factors() {
             "torque = 10.0, factors = [{ kind = \"harmonic\", frequency = 3.0 }]",
             "below zero",
         ),
-        ("torque = 10.0, factors = []", "lists nothing"),
+        ("torque = 10.0, factors = []", "is empty"),
     ] {
         let errors = scene::read_text("test.toml", &format!("{HEAD}{}", clutch(keys))).unwrap_err();
         assert!(errors.to_string().contains(said), "{errors}");

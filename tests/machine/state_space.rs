@@ -485,10 +485,10 @@ held = \"both\"
         "{reach:?}"
     );
     assert_eq!(
-        found.iter().map(|m| m.reachable).collect::<Vec<_>>(),
+        found.iter().map(|m| m.controllable).collect::<Vec<_>>(),
         [true, false, true]
     );
-    assert!(found.iter().all(|m| m.visible && m.multiplicity == 1));
+    assert!(found.iter().all(|m| m.observable && m.multiplicity == 1));
     assert!(
         (found[1].observability[0] - 0.5f64.sqrt()).abs() < 1e-13
             && found[1].observability[1] < 1e-13
@@ -554,7 +554,7 @@ k = 100.0
         let found = participation(&ready.case(), &names(inputs), &names(&["left"])).unwrap();
         found
             .iter()
-            .map(|m| (m.multiplicity, m.reachable))
+            .map(|m| (m.multiplicity, m.controllable))
             .collect::<Vec<_>>()
     };
     assert_eq!(reach(&["left"]), [(2, false), (2, false)]);

@@ -698,8 +698,13 @@ fn law_y2250() {
         let k = (0..result.lines.len()).find(|&k| {
             result.lines[k].source(machine) == on && result.lines[k].cause(machine) == word
         });
-        k.map(|k| (&result.lines[k], &result.marks.as_ref().unwrap()[k]))
-            .unwrap()
+        k.map(|k| {
+            (
+                &result.lines[k],
+                &result.indexing_effects.as_ref().unwrap()[k],
+            )
+        })
+        .unwrap()
     };
     // Half of F_p over the radius, 206.265 · 9.5 / 270 arcsec; a 37th of a turn on, 2 sin(π/37) of it from tooth to tooth.
     let (wheel, mark) = of("index_wheel", "cumulative-pitch");
@@ -1004,7 +1009,7 @@ fn keeps_what_is_large_at_speed() {
     let order = largest.line.order.to_string();
     let shown = |line: &str| line.trim_start().starts_with(&order) && line.contains(&name);
     assert!(text.lines().any(shown), "{text}");
-    let fast = result.at_speed.as_ref().unwrap();
+    let fast = result.dynamic_budget.as_ref().unwrap();
     assert!(fast.budget.rss > largest.dynamic.unwrap().norm());
     let out = |list: &[usize]| list.iter().any(|&e| result.elements[e] == name);
     assert!(out(&result.negligible.0) && !out(&fast.negligible.0));

@@ -280,7 +280,7 @@ fn refuses_what_cannot_be() {
         (
             "[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"shaft\"]\nlead = 0.01\n",
             Code::Conflict,
-            "no slide",
+            "not a slide",
         ),
         (
             "[[screw]]\nname = \"t\"\nbetween = [\"motor\", \"table\"]\nlead = 0.0\n",

@@ -101,7 +101,11 @@ fn identified(found: &ImpactEstimate) -> RationalFit {
     let variance: Option<Vec<Vec<f64>>> = (estimate.functions.iter())
         .map(|f| f.variance.clone())
         .collect();
-    let by_hit: Vec<Vec<Vec<Complex>>> = found.by_hit.iter().map(|h| h.value.clone()).collect();
+    let by_hit: Vec<Vec<Vec<Complex>>> = found
+        .hit_responses
+        .iter()
+        .map(|h| h.value.clone())
+        .collect();
     assert_eq!(
         estimate.window_decay, 0.0,
         "the responses decay inside a block"
@@ -116,8 +120,8 @@ fn identified(found: &ImpactEstimate) -> RationalFit {
         derivative: 0,
         hits: Some(ResponsesByHit {
             responses: &by_hit,
-            joined: found.hits.len() as f64 / by_hit.len() as f64,
-            fourth: 70.0,
+            hits_per_group: found.hits.len() as f64 / by_hit.len() as f64,
+            fourth_difference_gain: 70.0,
         }),
     };
     let options = RationalOptions {
@@ -282,11 +286,17 @@ fn law_damping_of_joined_hits() {
 #[test]
 fn law_responses_hit_by_hit() {
     let found = struck(FOUR, 1);
-    let hits: Vec<&[usize]> = found.by_hit.iter().map(|h| h.hits.as_slice()).collect();
+    let hits: Vec<&[usize]> = found
+        .hit_responses
+        .iter()
+        .map(|h| h.hits.as_slice())
+        .collect();
     assert_eq!(hits, [&[0], &[1], &[2], &[3]]);
     let all = &found.estimate.functions[0].values;
     for line in [100, 400, 900] {
-        let mean: Complex = (found.by_hit.iter()).map(|h| h.value[0][line] / 4.0).sum();
+        let mean: Complex = (found.hit_responses.iter())
+            .map(|h| h.value[0][line] / 4.0)
+            .sum();
         assert!((mean - all[line]).norm() < 0.2 * all[line].norm(), "{line}");
     }
     let many = struck(
@@ -298,7 +308,7 @@ fn law_responses_hit_by_hit() {
         },
         1,
     );
-    let sizes: Vec<usize> = many.by_hit.iter().map(|h| h.hits.len()).collect();
+    let sizes: Vec<usize> = many.hit_responses.iter().map(|h| h.hits.len()).collect();
     assert_eq!(sizes.iter().sum::<usize>(), 20);
     assert_eq!(sizes.len(), 10, "{sizes:?}");
 }

@@ -278,5 +278,5 @@ fn survives_other_units_and_systems() {
         .to_string();
     assert!(message.contains("a.uff:3:"), "{message}");
     let message = read(nodes(0)).unwrap_err().to_string();
-    assert!(message.contains("it holds geometry"), "{message}");
+    assert!(message.contains("only geometry"), "{message}");
 }

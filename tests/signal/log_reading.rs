@@ -76,7 +76,7 @@ fn exact_rate_of_samples_before_that_of_a_shaft() {
     let found = settled("bearing.mat", &file, None).unwrap();
     assert_eq!(found.rate_hz, 48_828.0);
     let said = warning(&found, "rate-disagrees").unwrap();
-    assert!(said.contains("`rate` says 25 Hz"), "{said}");
+    assert!(said.contains("`rate` states 25 Hz"), "{said}");
     let found = settled(
         "run.csv",
         bare("rate: 25\nsampling rate: 48828 Hz\n").as_bytes(),
@@ -151,7 +151,7 @@ fn exact_rate_of_stamps_between_two_of_the_header() {
     assert!(
         warning(&found, "rate-disagrees")
             .unwrap()
-            .contains("`fs` says 500 Hz")
+            .contains("`fs` states 500 Hz")
     );
 }
 
@@ -382,7 +382,7 @@ fn refuses_nul_bytes_with_their_line() {
     let text = format!("time,a,b\n{}0.300,\0\0.5,2\n0.301,1,2\n", rows(300));
     let errors = open::from_bytes("log.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
     let error = &errors.as_slice()[0];
-    assert_eq!(error.message, "line 302 holds 2 NUL bytes");
+    assert_eq!(error.message, "line 302 contains 2 NUL bytes");
 }
 
 /// A header that stands again between the rows is passed over; its notes may have changed.

@@ -235,7 +235,7 @@ fn exact_orders_of_a_run_up() {
     let time = |j: usize| j as f64 / rate;
     let tacho: Vec<f64> = (0..n).map(|j| (run.angle(time(j)) + 1.0).sin()).collect();
     let found = find_tacho_pulses(&tacho, rate, EdgeDirection::Rising, None).unwrap();
-    assert!(found.missing.is_empty() && found.extra_s.is_empty());
+    assert!(found.missing.is_empty() && found.extra_pulses_s.is_empty());
     let curve = AngleCurve::from_pulses(&found, 1).unwrap();
     // zero angle is the first rising edge, where θ + 1 = 2π
     let theta = |t: f64| run.angle(t) + 1.0 - TAU;
@@ -329,8 +329,8 @@ fn law_tacho_with_faults() {
     assert_eq!(found.missing.len(), 1);
     assert_eq!(found.missing[0].number, 2);
     assert!((found.missing[0].after_s - at(399) / rate).abs() < 2.0 / rate);
-    assert_eq!(found.extra_s.len(), 1);
-    assert!((found.extra_s[0] - (at(900) + 0.5 * spacing) / rate).abs() < 2.0 / rate);
+    assert_eq!(found.extra_pulses_s.len(), 1);
+    assert!((found.extra_pulses_s[0] - (at(900) + 0.5 * spacing) / rate).abs() < 2.0 / rate);
     let curve = AngleCurve::from_pulses(&found, 12).unwrap();
     let (from, to) = curve.time_range_s();
     let mean = (curve.angle_at(to) - curve.angle_at(from)) / (to - from);

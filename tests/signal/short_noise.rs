@@ -174,7 +174,7 @@ fn law_three_blocks_state_no_interval() {
     );
     let few = found.diagnostics.iter().find(|d| d.code == "few-averages");
     let message = few.map(|d| d.message.as_str()).unwrap_or_default();
-    assert!(message.contains("not stated"), "{message}");
+    assert!(message.contains("none are given"), "{message}");
     let four = identified(blocks(4, 0.5, 1), 3);
     assert!(
         four.modes

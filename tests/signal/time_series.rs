@@ -497,13 +497,13 @@ fn law_course_of_a_process_that_changes() {
     let record = InputOutputData::new(&y, rate).unwrap();
     let course = track_model(&record, &[2, 4, 6, 8, 10], None).unwrap();
     assert_eq!(
-        course.chosen.family,
+        course.selected.family,
         ModelStructure::Ar { a: 4 },
         "{:?}",
         course.trials
     );
     assert!(
-        course.chosen.memory > 100.0 && course.chosen.memory < 10_000.0,
+        course.selected.memory > 100.0 && course.selected.memory < 10_000.0,
         "{:?}",
         course.trials
     );
@@ -512,7 +512,7 @@ fn law_course_of_a_process_that_changes() {
         .collect();
     let tracks = mode_tracks(&modes, 10);
     assert_eq!(tracks.len(), 2);
-    let lag = course.chosen.memory / rate;
+    let lag = course.selected.memory / rate;
     let mut within = 0;
     for (at, mode) in &tracks[0].points {
         // The mean over the memory is what is seen.

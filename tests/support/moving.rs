@@ -25,7 +25,7 @@ pub fn inertias(masses: &[f64]) -> DynamicModel {
         elements: Vec::new(),
         forces: Vec::new(),
         mass_damping: 0.0,
-        unattached: None,
+        global_matrices: None,
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<(String, ByteOrder), Error> {
         }
         None => {
             return Err(corrupt(format!(
-                "the MATLAB file has {} of the 128 bytes of its header",
+                "the header of the MATLAB file has {} of 128 bytes",
                 bytes.len()
             )));
         }

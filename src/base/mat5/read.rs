@@ -1,6 +1,6 @@
-//! Arrays from the bytes of a MATLAB file of level 5: both byte orders, compressed or not.
+//! Reader of MATLAB level-5 MAT-files: arrays of either byte order, compressed or not.
 //!
-//! Lengths are checked against the bytes at hand before anything is allocated.
+//! Lengths are checked against the available bytes before memory is allocated.
 
 use std::io::Read;
 
@@ -12,21 +12,21 @@ use super::{classes, types};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Cells within cells within cells; deeper ones are refused, since a damaged file could nest without end.
+/// Maximum nesting depth of cells and structures; a damaged file could nest without limit.
 const MAX_DEPTH: usize = 32;
 
-/// Numbers of one file, 4 GB as doubles; what a small compressed file could swell to must have a bound.
+/// Maximum count of numbers in a file, 4 GB as doubles: bounds the memory that a small compressed file can claim.
 const MAX_VALUES: usize = 1 << 29;
 
-/// Bytes a single compressed variable may swell to, 4 GB: the format's own bound.
+/// Maximum size of an unpacked variable, bytes: 4 GB is the limit of the format.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
 /// A variable, a field of a structure or a cell.
 #[derive(Debug, Clone)]
 pub struct Array {
-    /// Name; empty for cells.
+    /// Name of the variable or field; empty for cells.
     pub name: String,
-    /// Rows, columns, and further dimensions.
+    /// Numbers of rows, columns and further dimensions.
     pub dimensions: Vec<usize>,
     /// Contents.
     pub contents: Contents,
@@ -35,31 +35,31 @@ pub struct Array {
 /// Contents of an array.
 #[derive(Debug, Clone)]
 pub enum Contents {
-    /// Numbers by columns, whatever class they were stored in.
+    /// Real numbers in column-major order, converted from the stored class.
     Real {
-        /// The numbers.
+        /// Values in column-major order.
         values: Vec<f64>,
-        /// Spacing of numbers near 1 in the class they were stored in: 2⁻⁵² for double, 2⁻²³ for single, 1 for integers.
+        /// Machine epsilon of the stored class: 2⁻⁵² for double, 2⁻²³ for single, 1 for integers.
         epsilon: f64,
     },
-    /// Complex numbers by columns.
+    /// Complex numbers in column-major order.
     Complex {
         /// Real parts.
         re: Vec<f64>,
         /// Imaginary parts.
         im: Vec<f64>,
     },
-    /// Characters, row by row.
+    /// Character array, one string per row.
     Text(Vec<String>),
-    /// Cells by columns.
+    /// Cells in column-major order.
     Cells(Vec<Array>),
-    /// Fields of the first structure, then of the second, …; each array bears the name of its field.
+    /// Fields of the first structure, then of the second, and so on; each array has the name of its field.
     Structure(Vec<Array>),
-    /// Unsupported contents, as text: `an object of class timeseries`.
+    /// Description of unsupported contents, such as `an object of class timeseries`.
     Other(String),
 }
 
-/// The description in the header and the variables, in the order of the file.
+/// Description text of the header, and the variables in file order.
 ///
 /// # Errors
 /// `unknown-format` for MATLAB files of level 4 and of version 7.3 (HDF5) and for anything else, `broken-file` for a
@@ -77,7 +77,7 @@ pub fn read(bytes: &[u8]) -> Result<(String, Vec<Array>), Error> {
         let variable = match element.kind {
             types::MATRIX => reader.array(element.data, 0)?,
             types::COMPRESSED => reader.compressed(element.data)?,
-            // Data outside of any array, which no program writes, carry no name.
+            // Data elements outside an array have no name; no known program writes them.
             _ => continue,
         };
         variables.push(variable);
@@ -85,7 +85,7 @@ pub fn read(bytes: &[u8]) -> Result<(String, Vec<Array>), Error> {
     Ok((description, variables))
 }
 
-/// Reads arrays, counting the numbers.
+/// Reader of arrays with the remaining budget of numbers.
 struct ArrayReader {
     order: ByteOrder,
     values_left: usize,
@@ -94,26 +94,26 @@ struct ArrayReader {
 impl ArrayReader {
     fn compressed(&mut self, data: &[u8]) -> Result<Array, Error> {
         let mut unpacked = Vec::new();
-        let unpacking = ZlibDecoder::new(data)
+        let outcome = ZlibDecoder::new(data)
             .take(MAX_BYTES.min(8 * self.values_left as u64 + MAX_BYTES / 64))
             .read_to_end(&mut unpacked);
-        // A missing checksum at the end does no harm where the array inside is whole.
-        if let (Err(error), true) = (&unpacking, unpacked.is_empty()) {
+        // A missing checksum at the end is ignored where the array is complete.
+        if let (Err(error), true) = (&outcome, unpacked.is_empty()) {
             return Err(corrupt(format!(
                 "a compressed variable of the MATLAB file cannot be unpacked: {error}"
             )));
         }
-        let mut inside = unpacked.as_slice();
-        let element = DataElement::split(&mut inside, self.order)?;
+        let mut input = unpacked.as_slice();
+        let element = DataElement::split(&mut input, self.order)?;
         match element.kind {
             types::MATRIX => self.array(element.data, 0),
             kind => Err(corrupt(format!(
-                "a compressed variable of the MATLAB file holds data of type {kind} instead of an array"
+                "a compressed variable of the MATLAB file has data of type {kind} instead of an array"
             ))),
         }
     }
 
-    /// The array in the data of a matrix element.
+    /// Reads the array in the data of a matrix element.
     fn array(&mut self, mut data: &[u8], depth: usize) -> Result<Array, Error> {
         if depth > MAX_DEPTH {
             return Err(corrupt(format!(
@@ -146,7 +146,7 @@ impl ArrayReader {
             .try_fold(1_usize, |n, &d| n.checked_mul(d));
         let count = count.ok_or_else(|| {
             corrupt(format!(
-                "the dimensions {dimensions:?} of variable `{name}` multiply beyond any size"
+                "the dimensions {dimensions:?} of variable `{name}` overflow when multiplied"
             ))
         })?;
         let contents = match class {
@@ -193,16 +193,16 @@ impl ArrayReader {
         })
     }
 
-    /// `count` numbers from one element.
+    /// Reads `count` numbers from one data element.
     fn numbers(&mut self, rest: &mut &[u8], count: usize, name: &str) -> Result<Vec<f64>, Error> {
-        // Some writers leave the data of an empty array out.
+        // Some writers omit the data element of an empty array.
         if count == 0 && rest.is_empty() {
             return Ok(Vec::new());
         }
         let element = DataElement::split(rest, self.order)?;
         let Some(scalars) = NumberFormat::from_type(element.kind, self.order) else {
             return Err(corrupt(format!(
-                "variable `{name}` of the MATLAB file holds data of the unknown type {}",
+                "variable `{name}` of the MATLAB file has data of the unknown type {}",
                 element.kind
             )));
         };
@@ -215,7 +215,7 @@ impl ArrayReader {
         self.values_left = self.values_left.checked_sub(count).ok_or_else(|| {
             Error::new(
                 Code::BudgetExceeded,
-                format!("the MATLAB file holds more than {MAX_VALUES} numbers"),
+                format!("the MATLAB file has more than {MAX_VALUES} numbers"),
             )
             .with_hint(
                 "save fewer variables, or write the signals to CSV, which is read piece by piece",
@@ -224,7 +224,7 @@ impl ArrayReader {
         Ok(scalars.decode(element.data))
     }
 
-    /// The arrays of cells, or of the fields of structures.
+    /// Reads the arrays of cells, or of the fields of structures.
     fn children(
         &mut self,
         rest: &mut &[u8],
@@ -232,19 +232,19 @@ impl ArrayReader {
         names: Option<&[String]>,
         depth: usize,
     ) -> Result<Vec<Array>, Error> {
-        // Every child takes a tag of eight bytes at least.
+        // Every child has a tag of at least eight bytes.
         let mut children = Vec::with_capacity(count.min(rest.len() / 8));
-        for at in 0..count {
+        for index in 0..count {
             let element = DataElement::split(rest, self.order)?;
             if element.kind != types::MATRIX {
                 return Err(corrupt(format!(
-                    "a cell of the MATLAB file holds data of type {} instead of an array",
+                    "a cell of the MATLAB file has data of type {} instead of an array",
                     element.kind
                 )));
             }
             let mut child = self.array(element.data, depth + 1)?;
             if let Some(names) = names {
-                child.name.clone_from(&names[at % names.len()]);
+                child.name.clone_from(&names[index % names.len()]);
             }
             children.push(child);
         }
@@ -252,7 +252,7 @@ impl ArrayReader {
     }
 }
 
-/// Object of a newer class, of which only its names can be read.
+/// Reads name and class of an opaque object of a newer class, the only readable parts.
 fn opaque(rest: &mut &[u8], order: ByteOrder) -> Result<Array, Error> {
     let name = DataElement::split(rest, order)?;
     let _system = DataElement::split(rest, order)?;
@@ -275,7 +275,7 @@ fn dimensions(element: &DataElement<'_>, order: ByteOrder) -> Result<Vec<usize>,
             element.data.len()
         )));
     }
-    let checked = words.iter().map(|&b| {
+    let sizes = words.iter().map(|&b| {
         let size = order.u32(b) as i32;
         usize::try_from(size).map_err(|_| {
             corrupt(format!(
@@ -283,10 +283,10 @@ fn dimensions(element: &DataElement<'_>, order: ByteOrder) -> Result<Vec<usize>,
             ))
         })
     });
-    checked.collect()
+    sizes.collect()
 }
 
-/// Names of the fields of a structure.
+/// Reads the field names of a structure.
 fn fields(rest: &mut &[u8], order: ByteOrder) -> Result<Vec<String>, Error> {
     let width = DataElement::split(rest, order)?;
     let width = width.data.first_chunk::<4>().map_or(0, |&b| order.u32(b)) as usize;
@@ -303,7 +303,7 @@ fn fields(rest: &mut &[u8], order: ByteOrder) -> Result<Vec<String>, Error> {
     Ok(names.chunks(width.max(1)).map(name).collect())
 }
 
-/// Rows of characters, stored by columns.
+/// Reads the rows of a character array, stored in column-major order.
 fn text(
     element: &DataElement<'_>,
     dimensions: &[usize],
@@ -329,7 +329,7 @@ fn text(
         types::INT8 | types::UINT8 => element.data.iter().map(|&b| char::from(b)).collect(),
         kind => {
             return Err(corrupt(format!(
-                "text `{name}` of the MATLAB file holds data of the unknown type {kind}"
+                "text `{name}` of the MATLAB file has data of the unknown type {kind}"
             )));
         }
     };

@@ -91,7 +91,7 @@ fn doubles(values: impl IntoIterator<Item = f64>) -> io::Result<Vec<u8>> {
 /// A tag and its data, filled up to eight bytes.
 fn element(kind: u32, data: &[u8]) -> io::Result<Vec<u8>> {
     let length = u32::try_from(data.len())
-        .map_err(|_| io::Error::other("a MATLAB level 5 file holds arrays up to 4 GB"))?;
+        .map_err(|_| io::Error::other("a MATLAB level 5 file takes arrays up to 4 GB"))?;
     let mut bytes = Vec::with_capacity(data.len() + 16);
     bytes.extend(kind.to_le_bytes());
     bytes.extend(length.to_le_bytes());

@@ -28,7 +28,7 @@ const MESH: &[Key] = &[
     switch("changes", "Torques at which strips of a bevel pair begin or cease to carry as the load is raised"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),
     word::<BodyModel>("body", "BODY", "Gear body of the energy method; half-plane by default"),
-    switch("least-relief", "Seek the tip relief of least peak-to-peak transmission error over the torques"),
+    switch("least-relief", "Find the tip relief of least peak-to-peak transmission error over the torques"),
     word::<ContactSide>("side", "SIDE", "Flanks of a bevel pair that touch; drive by default"),
     switch("vh", "V–H check of a bevel pair: offset and pinion position that move the pattern to toe, middle and heel"),
 ];
@@ -62,7 +62,7 @@ pub struct GearArgs {
 /// Computations on gears next to that of a gear file.
 #[derive(Debug, Subcommand)]
 pub enum GearAction {
-    /// Module, pressure angle, profile shift and rack of a gear without papers from its readings
+    /// Module, pressure angle, profile shift and rack of an undocumented gear from its readings
     #[command(after_help = "Example:\n  geardyn gear reverse data/unknown_gear.toml")]
     Reverse(ReverseArgs),
     /// Flanks of a bevel pair as discrete blades cut them: scallops, run-out, errors of the generator
@@ -70,7 +70,7 @@ pub enum GearAction {
         after_help = "Example:\n  geardyn gear cut models/gears/bevel_12_36.toml --svg cut.svg"
     )]
     Cut(CutArgs),
-    /// Settings for the next cut of a bevel gear from its measured flank, or of a pinion for a wanted ease-off, and what they cannot correct
+    /// Settings for the next cut of a bevel gear from its measured flank, or of a pinion for a prescribed ease-off, and the residual deviation
     #[command(
         after_help = "Example:\n  geardyn gear correct models/gears/bevel_12_36.toml --measured data/bevel_12_36_grid.csv\n  geardyn gear correct models/gears/bevel_12_36.toml --target data/bevel_12_36_target.toml"
     )]
@@ -88,18 +88,18 @@ impl KeyTable for CorrectionKeys {
 #[rustfmt::skip]
 const CORRECTION: &[Key] = &[
     word::<Member>("member", "MEMBER", "Measured member; pinion by default"),
-    word::<FlankSide>("flank", "FLANK", "Measured flank, where the grid has no column `flank` or only one is to be used"),
+    word::<FlankSide>("flank", "FLANK", "Measured flank, if the grid has no column `flank` or to use only one"),
     list("settings", "NAMES", "Settings that may be changed, such as radial_distance,tilt; by default those of every machine"),
-    number("length-step", "LENGTH", "Step of dials of lengths; 0.01 mm by default (default unit mm)"),
-    number("angle-step", "ANGLE", "Step of dials of angles; 1 arcmin by default (default unit deg)"),
+    number("length-step", "LENGTH", "Resolution of length dials; 0.01 mm by default (default unit mm)"),
+    number("angle-step", "ANGLE", "Resolution of angle dials; 1 arcmin by default (default unit deg)"),
     number("ratio-step", "NUMBER", "Step of the ratio of roll and of its modification; 1e-6 by default"),
-    number("least", "LENGTH", "Least displacement of the flank, rms, by which a combination of settings is used; 0.05 µm by default"),
+    number("least", "LENGTH", "Smallest flank displacement (rms) for which a combination of settings is used; 0.05 µm by default"),
 ];
 
 /// Arguments of `gear correct`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write the nodes with their deviations, measured and expected of the next cut")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the maps of deviations, measured and expected of the next cut")))]
+#[command(mut_arg("csv", |arg| arg.help("Write the nodes with their deviations, measured and expected after the next cut")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the maps of deviations, measured and expected after the next cut")))]
 pub struct CorrectArgs {
     /// A gear file with `pair = { kind = "bevel", … }`
     pub file: PathBuf,
@@ -111,7 +111,7 @@ pub struct CorrectArgs {
         conflicts_with = "target"
     )]
     pub measured: Option<PathBuf>,
-    /// In place of a measured grid a wanted ease-off of the pinion: a TOML file with `[ease_off]` and `[pattern]`
+    /// Prescribed ease-off of the pinion instead of a measured grid: a TOML file with `[ease_off]` and `[pattern]`
     #[arg(long, value_name = "TARGET")]
     pub target: Option<PathBuf>,
     /// Keys of `[correction]`.
@@ -127,7 +127,7 @@ pub struct CorrectArgs {
 pub struct ReverseArgs {
     /// A TOML file with `[measured_gear]`: spans in place of a module, diameters, mate
     pub readings: PathBuf,
-    /// One JSON document on standard output, nothing else there
+    /// Print one JSON document, and nothing else, on standard output
     #[arg(long)]
     pub json: bool,
     /// Write the candidates

@@ -1,4 +1,4 @@
-//! Flags that are keys of a study: a row of a table is a flag, its help text and the key that it sets.
+//! Command-line flags that set keys of a study: each row of a table holds a flag, its help text and the key that it sets.
 
 use std::marker::PhantomData;
 use std::path::PathBuf;
@@ -13,11 +13,11 @@ use crate::base::table_reader::Word;
 /// A flag of the command line that sets a key of a study.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// Name of the flag, without dashes before it.
+    /// Name of the flag without leading dashes.
     pub(super) flag: &'static str,
-    /// Key that it sets; its own name where absent.
-    sets: Option<&'static str>,
-    /// Former name of the flag.
+    /// Key that the flag sets; default: the name of the flag.
+    target: Option<&'static str>,
+    /// Former name of the flag, still accepted.
     former: Option<&'static str>,
     value_name: &'static str,
     help: &'static str,
@@ -25,27 +25,27 @@ pub struct Key {
     is_required: bool,
 }
 
-/// Form of the value.
+/// Type of the value.
 #[derive(Debug, Clone, Copy)]
 enum Form {
-    /// A number, a quantity or a range, which may begin with a minus sign.
+    /// Number, quantity or range; may begin with a minus sign.
     Number,
     Text,
-    /// Texts separated by commas.
+    /// Comma-separated texts.
     List,
-    /// A text each time the flag is given.
+    /// One text per occurrence of the flag.
     Repeated,
     Word(fn() -> Vec<PossibleValue>),
-    /// No value: the key is set to this one.
+    /// Flag without a value; sets the key to this value.
     Switch(&'static str),
-    /// A file to write, which sets the key to true.
+    /// Output file; sets the key to true.
     File,
 }
 
 const fn key(flag: &'static str, value_name: &'static str, help: &'static str, form: Form) -> Key {
     Key {
         flag,
-        sets: None,
+        target: None,
         former: None,
         value_name,
         help,
@@ -54,46 +54,46 @@ const fn key(flag: &'static str, value_name: &'static str, help: &'static str, f
     }
 }
 
-/// A number, a quantity or a range.
+/// Flag with a number, a quantity or a range.
 pub const fn number(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
     key(flag, value_name, help, Form::Number)
 }
 
-/// A text.
+/// Flag with a text.
 pub const fn text(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
     key(flag, value_name, help, Form::Text)
 }
 
-/// Texts separated by commas.
+/// Flag with comma-separated texts.
 pub const fn list(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
     key(flag, value_name, help, Form::List)
 }
 
-/// A text each time the flag is given.
+/// Flag with a text, repeatable.
 pub const fn repeated(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
     key(flag, value_name, help, Form::Repeated)
 }
 
-/// A word of a type.
+/// Flag with one of the words of `T`.
 pub const fn word<T: Word>(flag: &'static str, name: &'static str, help: &'static str) -> Key {
     key(flag, name, help, Form::Word(words::<T>))
 }
 
-/// A switch, which sets its key to true.
+/// Flag without a value, which sets its key to true.
 pub const fn switch(flag: &'static str, help: &'static str) -> Key {
     key(flag, "", help, Form::Switch("true"))
 }
 
-/// A file to write, which sets its key to true.
+/// Flag with the path of an output file, which sets its key to true.
 pub const fn file(flag: &'static str, help: &'static str) -> Key {
     key(flag, "FILE", help, Form::File)
 }
 
-/// Reads a word of a type.
+/// Value parser for the words of `T`.
 pub fn word_parser<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(words::<T>()).try_map(|given| {
-        let known = T::WORDS.iter().find(|(word, ..)| *word == given);
-        known.map(|(_, value, _)| *value).ok_or("no such word")
+    PossibleValuesParser::new(words::<T>()).try_map(|text| {
+        let entry = T::WORDS.iter().find(|(word, ..)| *word == text);
+        entry.map(|(_, value, _)| *value).ok_or("no such word")
     })
 }
 
@@ -103,15 +103,15 @@ fn words<T: Word>() -> Vec<PossibleValue> {
 }
 
 impl Key {
-    /// The same flag for a key of another name.
+    /// Sets the key, where its name is not that of the flag.
     pub const fn sets(self, key: &'static str) -> Key {
         Key {
-            sets: Some(key),
+            target: Some(key),
             ..self
         }
     }
 
-    /// The same switch, which sets its key to `value`.
+    /// Changes the flag to one without a value, which sets its key to `value`.
     pub const fn to(self, value: &'static str) -> Key {
         Key {
             form: Form::Switch(value),
@@ -119,7 +119,7 @@ impl Key {
         }
     }
 
-    /// The same flag, which must be given.
+    /// Makes the flag mandatory.
     pub const fn required(self) -> Key {
         Key {
             is_required: true,
@@ -127,7 +127,7 @@ impl Key {
         }
     }
 
-    /// The same flag, which is accepted under its former name too.
+    /// Accepts the flag under its former name too.
     pub const fn formerly(self, name: &'static str) -> Key {
         Key {
             former: Some(name),
@@ -136,7 +136,7 @@ impl Key {
     }
 
     pub(super) fn key(&self) -> String {
-        self.sets.unwrap_or(self.flag).replace('-', "_")
+        self.target.unwrap_or(self.flag).replace('-', "_")
     }
 
     fn arg(&self) -> Arg {
@@ -159,8 +159,8 @@ impl Key {
         }
     }
 
-    /// The flag as it was typed, if it was.
-    fn given(&self, matches: &ArgMatches) -> Option<Flag> {
+    /// The flag with its values, if it is on the command line.
+    fn flag_value(&self, matches: &ArgMatches) -> Option<Flag> {
         if matches.value_source(self.flag) != Some(ValueSource::CommandLine) {
             return None;
         }
@@ -182,19 +182,19 @@ impl Key {
     }
 }
 
-/// Keys in the order of the help, under their headings.
+/// Keys in help order, by heading.
 pub type KeyGroups = &'static [(Option<&'static str>, &'static [Key])];
 
-/// The flags of a command that are keys of its study.
+/// Command whose flags are keys of a study.
 pub trait KeyTable {
-    /// The keys.
+    /// Keys by heading.
     const KEYS: KeyGroups;
 }
 
-/// Flags given of a [`KeyTable`].
+/// Flags of a [`KeyTable`] present on the command line.
 #[derive(Debug, Clone)]
 pub struct KeyFlags<K> {
-    /// As a table over that of a file.
+    /// Flags as a table that overrides the table of a file.
     pub flags: Flags,
     names: Vec<&'static str>,
     files: Vec<(&'static str, PathBuf)>,
@@ -202,25 +202,25 @@ pub struct KeyFlags<K> {
 }
 
 impl<K: KeyTable> KeyFlags<K> {
-    /// The flag is given.
+    /// Whether the flag is on the command line.
     pub fn has(&self, flag: &str) -> bool {
         self.names.contains(&flag)
     }
 
-    /// The file that a flag names.
+    /// Path given with a file flag.
     pub fn file(&self, flag: &str) -> Option<PathBuf> {
-        let named = self.files.iter().find(|(name, _)| *name == flag);
-        named.map(|(_, path)| path.clone())
+        let entry = self.files.iter().find(|(name, _)| *name == flag);
+        entry.map(|(_, path)| path.clone())
     }
 }
 
 impl<K: KeyTable> Args for KeyFlags<K> {
     fn augment_args(command: Command) -> Command {
-        let all = || K::KEYS.iter().flat_map(|(_, keys)| *keys);
+        let keys = || K::KEYS.iter().flat_map(|(_, keys)| *keys);
         let arg = |key: &Key| {
             // Two flags that set one key exclude each other.
-            let same = all().filter(|other| other.flag != key.flag && other.key() == key.key());
-            key.arg().conflicts_with_all(same.map(|other| other.flag))
+            let rivals = keys().filter(|other| other.flag != key.flag && other.key() == key.key());
+            key.arg().conflicts_with_all(rivals.map(|other| other.flag))
         };
         let command = K::KEYS.iter().fold(command, |command, (heading, keys)| {
             let command = command.next_help_heading(*heading);
@@ -237,17 +237,17 @@ impl<K: KeyTable> Args for KeyFlags<K> {
 impl<K: KeyTable> FromArgMatches for KeyFlags<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let keys = || K::KEYS.iter().flat_map(|(_, keys)| *keys);
-        let given: Vec<(&Key, Flag)> = keys()
-            .filter_map(|key| Some((key, key.given(matches)?)))
+        let flags: Vec<(&Key, Flag)> = keys()
+            .filter_map(|key| Some((key, key.flag_value(matches)?)))
             .collect();
         let path = |key: &Key| match key.form {
             Form::File => Some((key.flag, matches.get_one::<PathBuf>(key.flag)?.clone())),
             _ => None,
         };
         Ok(KeyFlags {
-            names: given.iter().map(|(key, _)| key.flag).collect(),
-            files: given.iter().filter_map(|(key, _)| path(key)).collect(),
-            flags: Flags::new(&given.into_iter().map(|(_, flag)| flag).collect::<Vec<_>>()),
+            names: flags.iter().map(|(key, _)| key.flag).collect(),
+            files: flags.iter().filter_map(|(key, _)| path(key)).collect(),
+            flags: Flags::new(&flags.into_iter().map(|(_, flag)| flag).collect::<Vec<_>>()),
             keys: PhantomData,
         })
     }

@@ -49,7 +49,7 @@ pub struct Cli {
     /// Subcommand.
     #[command(subcommand)]
     pub command: Command,
-    /// Threads that long work is shared among, by default one for each core; results do not depend on their number
+    /// Number of threads, by default one per core; results do not depend on it
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -69,7 +69,7 @@ pub enum Command {
         #[arg(long, value_name = "KIND", value_parser = PossibleValuesParser::new(super::new::gear_kinds()))]
         gear: Option<String>,
     },
-    /// Validate models and scenes; say what is understood of logs
+    /// Validate models and scenes; report how logs are read
     #[command(after_help = "Examples:
   geardyn check models/y2250.toml models/two_disc.toml
   geardyn check data/spindle_impact.csv")]
@@ -77,10 +77,10 @@ pub enum Command {
     /// Explain the code of an error, a warning or a repair
     #[command(after_help = "Example:\n  geardyn explain contradictory-ratios")]
     Explain {
-        /// The code in brackets behind an error or a warning, or before a repair; all of them by default
+        /// The code in brackets after an error or a warning, or before a repair; default all codes
         code: Option<String>,
     },
-    /// Say what would be computed, what is left out and why, without computing it
+    /// List what would be computed, what is left out and why, without computing it
     #[command(after_help = "Examples:
   geardyn plan models/y2250.toml --damped
   geardyn plan models/y2250.toml --advise 200 --tolerance 0.01
@@ -101,7 +101,7 @@ pub enum Command {
   geardyn simulate examples/backlash_pair.toml --method radau5 --tolerance 1e-6
   geardyn simulate examples/linear_chain.toml --until 50 --samples 10000 --spectrum 2048 --no-history")]
     Simulate(SimulateArgs),
-    /// Error against run time, of a motion, natural frequencies or responses: every method that applies, against one reference
+    /// Error and run time of every applicable method against one reference: motion, natural frequencies or responses
     #[command(after_help = "Examples:
   geardyn accuracy examples/backlash_pair.toml
   geardyn accuracy models/y2250.toml --of modes --lowest 10
@@ -115,7 +115,7 @@ pub enum Command {
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --over depth=0:4:21 --svg regions.svg")]
     Stability(StabilityArgs),
-    /// Frequency responses between torques, transmission errors, base motion and what they move
+    /// Frequency responses of motions and forces to torques, transmission errors and base motion
     #[command(after_help = "Examples:
   geardyn response models/y2250.toml --input motor --output workpiece --band 1:400
   geardyn response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400 --svg te.svg
@@ -148,7 +148,7 @@ Examples:
   geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000
   geardyn te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000 --model examples/y2250_index_te.toml --at index_gear_1,work_spindle --svg te.svg")]
     Te(TeArgs),
-    /// Every study a scene lists
+    /// Run every study of a scene
     #[command(after_help = "Example:\n  geardyn run examples/linear_chain.toml")]
     Run(RunArgs),
     /// Frequency responses, transfer functions and modes from a measured log
@@ -157,12 +157,12 @@ Examples:
   geardyn identify data/spindle_impact.csv --input force --output ax --export model.mat
   geardyn identify data/spindle_impact.csv --input force --output ax,ay --method plscf")]
     Identify(IdentifyArgs),
-    /// Spectra, orders, envelopes and cepstra of a measured log, their lines named
+    /// Spectra, orders, envelopes and cepstra of a measured log, with named lines
     #[command(after_help = "Examples:
   geardyn spectrum data/spindle_impact.csv --channel ax
   geardyn spectrum data/spindle_impact.csv --channel ax --kind amplitude --svg lines.svg")]
     Spectrum(SpectrumArgs),
-    /// A log in another format: CSV, UFF 58 or JSON
+    /// Convert a log to CSV, UFF 58 or JSON
     #[command(after_help = "Example:\n  geardyn convert data/spindle_impact.csv --to spindle.uff")]
     Convert(ConvertArgs),
     /// Print completions for a shell
@@ -174,7 +174,7 @@ Examples:
     /// Write the manual pages into a folder
     #[command(after_help = "Example:\n  geardyn man target/man")]
     Man {
-        /// The folder; made where it is missing
+        /// The folder; created if missing
         folder: PathBuf,
     },
 }
@@ -182,13 +182,13 @@ Examples:
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Models, scenes (.toml) or logs; files, no pipes
+    /// Models, scenes (.toml) or logs; no pipes
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Keys of the logs.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Write how each log was read into its sidecar (LOG.toml), to be corrected
+    /// Write how each log was read to its sidecar (LOG.toml), for correction
     #[arg(long)]
     pub write: bool,
     /// One JSON document on standard output
@@ -199,7 +199,7 @@ pub struct CheckArgs {
 /// Arguments of `convert`.
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// A log of signals, or a file of frequency responses; a file, no pipe
+    /// A log of signals, or a file of frequency responses; no pipe
     pub file: PathBuf,
     /// The file to write (.csv, .uff or .json)
     #[arg(long, value_name = "FILE")]
@@ -207,7 +207,7 @@ pub struct ConvertArgs {
     /// Only these channels, in this order
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
     pub channel: Vec<String>,
-    /// UFF 58 in bytes, which keeps every bit
+    /// Binary UFF 58, without loss of digits
     #[arg(long)]
     pub binary: bool,
     /// Keys of the log.
@@ -235,7 +235,7 @@ pub struct MeasureArgs {
 pub struct RunArgs {
     /// A scene
     pub scene: PathBuf,
-    /// One JSON document on standard output, nothing else there
+    /// Print one JSON document, and nothing else, on standard output
     #[arg(long)]
     pub json: bool,
     /// The page of all studies.
@@ -279,14 +279,14 @@ mod tests {
         }
     }
 
-    /// The flags that none of the readers takes, each given alone next to `with`.
-    fn unread<K: KeyTable>(readers: &[fn(&mut TableReader)], with: &[Flag]) -> Vec<&'static str> {
+    /// Flags that no reader accepts, each tested with the flags `extra`.
+    fn unread<K: KeyTable>(readers: &[fn(&mut TableReader)], extra: &[Flag]) -> Vec<&'static str> {
         let keys = K::KEYS.iter().flat_map(|(_, keys)| *keys);
         let is_read = |key: &&Key| {
-            let given = [with, &[flag("--it", &key.key(), "x")]].concat();
+            let flags = [extra, &[flag("--it", &key.key(), "x")]].concat();
             readers.iter().any(|reader| {
-                let result = Flags::new(&given).read("the study", None, &[], reader);
-                result.map_or_else(|e| !e.to_string().contains("--it does nothing"), |_| true)
+                let result = Flags::new(&flags).read("the study", None, &[], reader);
+                result.map_or_else(|e| !e.to_string().contains("--it has no effect"), |_| true)
             })
         };
         keys.filter(|key| !is_read(key))
@@ -294,7 +294,7 @@ mod tests {
             .collect()
     }
 
-    /// Every flag of a table is a key that a reader of its command takes.
+    /// Every flag of a key table is read by a reader of its command.
     #[test]
     fn law_every_flag_is_read() {
         assert!(unread::<modes::ModesKeys>(&[read::<ModesStudy>], &[]).is_empty());
@@ -312,15 +312,15 @@ mod tests {
         let identify: fn(&mut TableReader) = |f| drop(IdentifyStudy::read(f));
         assert!(unread::<identify::IdentifyKeys>(&[identify], &[]).is_empty());
         let spectrum: fn(&mut TableReader) = |f| drop(SpectrumStudy::read(f));
-        let cut = [flag("--kind", "kind", "order-cut")];
-        assert!(unread::<spectrum::SpectrumKeys>(&[spectrum], &cut).is_empty());
+        let order_cut = [flag("--kind", "kind", "order-cut")];
+        assert!(unread::<spectrum::SpectrumKeys>(&[spectrum], &order_cut).is_empty());
         let motion = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &[]);
         assert_eq!(motion, ["lowest", "input", "band", "lines"]);
-        for (of, takes) in [("modes", "lowest"), ("response", "band")] {
-            let of = [flag("--of", "of", of)];
-            let unread = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &of);
+        for (value, accepted) in [("modes", "lowest"), ("response", "band")] {
+            let quantity = [flag("--of", "of", value)];
+            let unread = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &quantity);
             assert!(
-                !unread.contains(&takes) && unread.contains(&"until"),
+                !unread.contains(&accepted) && unread.contains(&"until"),
                 "{unread:?}"
             );
         }
@@ -335,10 +335,10 @@ mod tests {
         assert!(unread::<gear::CorrectionKeys>(&[correction], &[]).is_empty());
         let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
         for key in log {
-            let given = Flags::new(&[flag("--it", &key.key(), "x")]);
-            let said =
-                sidecar::from_flags(&given).map_or_else(|e| e.to_string(), |_| String::new());
-            assert!(!said.contains("does nothing"), "{said}");
+            let flags = Flags::new(&[flag("--it", &key.key(), "x")]);
+            let message =
+                sidecar::from_flags(&flags).map_or_else(|e| e.to_string(), |_| String::new());
+            assert!(!message.contains("does nothing"), "{message}");
         }
     }
 }

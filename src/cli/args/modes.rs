@@ -19,8 +19,8 @@ impl KeyTable for ModesKeys {
 
 #[rustfmt::skip]
 const MODES: &[Key] = &[
-    switch("damped", "Complex modes: damping counts"),
-    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (default unit rpm); gyroscopic terms count"),
+    switch("damped", "Complex modes, including damping"),
+    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (default unit rpm); includes gyroscopic terms"),
     number("campbell", "A:B:N", "Modes over speed, FIRST:LAST:POINTS (default unit rpm, default 50 points), crossed with the orders of every gear"),
     number("lowest", "N", "Only the lowest N modes"),
     file("state-space", "Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)"),
@@ -33,7 +33,7 @@ const MODES: &[Key] = &[
     number("below", "FREQUENCY", "Upper end of the frequency range of interest (default unit Hz)"),
     number("condense-at", "FREQUENCY", "Frequency of the dynamic condensation (default unit Hz; with --reduce dynamic)"),
     number("keep-modes", "N", "Modes kept by craig-bampton and modal; by default those below twice the band"),
-    number("near", "FREQUENCY", "The modes nearest a frequency (default unit Hz); their number is --lowest, default 20"),
+    number("near", "FREQUENCY", "Modes nearest a frequency (default unit Hz); --lowest sets their number, default 20"),
 ];
 
 /// Arguments of `modes`.
@@ -46,7 +46,7 @@ pub struct ModesArgs {
     /// Keys of the study.
     #[command(flatten)]
     pub study: KeyFlags<ModesKeys>,
-    /// Show mode N at length: energies, sensitivities, shape
+    /// Show mode N in detail: energies, sensitivities, shape
     #[arg(long, value_name = "N", conflicts_with = "json")]
     pub mode: Option<usize>,
     /// Only the N largest entries of every shape and list in JSON
@@ -65,7 +65,7 @@ pub struct PlanArgs {
     /// Keys of the study of modes.
     #[command(flatten)]
     pub study: KeyFlags<ModesKeys>,
-    /// Also list the degrees of freedom that could follow statically with all frequencies up to this one (default unit Hz)
+    /// Also list the degrees of freedom that could be condensed statically with all frequencies up to this one (default unit Hz)
     /// within the relative change --tolerance (default 1e-3)
     #[arg(long, value_name = "FREQUENCY")]
     pub advise: Option<String>,

@@ -56,7 +56,7 @@ const INTEGRATION: &[Key] = &[
     number("until", "TIME", "Duration (default unit s)"),
     text("method", "METHOD", "Integration method; by default chosen from the structure of the machine: exact, switched, periodic; by --tolerance radau5, exponential, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha"),
     number("tolerance", "X", "Local error of a step, relative to the size of each state; default 1e-8"),
-    number("step", "TIME", "Fixed step (default unit s), for fixed-step methods; the maximum step size, with equal steps from one known jump of a load to the next"),
+    number("step", "TIME", "Maximum step size of fixed-step methods (default unit s), with equal steps between known load jumps"),
     number("samples", "N", "Number of equal output intervals, such as 5000 or 1e6; default 1000"),
 ];
 
@@ -67,15 +67,15 @@ const SIGNALS: &[Key] = &[
 
 #[rustfmt::skip]
 const SIMULATE: &[Key] = &[
-    switch("energy", "Also the energy balance: stored, put in, lost"),
+    switch("energy", "Also the energy balance: stored, supplied, dissipated"),
     number("allow", "TIME", "Time budget, such as 5h (default unit s); default 1h. Work estimated to take longer is refused with the estimate"),
     switch("no-sensitivity", "Skip the second run that measures the sensitivity to initial conditions and the significant digits").sets("sensitivity").to("false"),
-    switch("no-history", "Keep no history of the outputs: however long the motion, memory goes by what is found").sets("history").to("none"),
-    number("spectrum", "N", "Spectra of the outputs while they run, averaged over blocks of N samples"),
+    switch("no-history", "Keep no history of the outputs; memory does not grow with the duration").sets("history").to("none"),
+    number("spectrum", "N", "Spectra of the outputs, computed during integration, averaged over blocks of N samples"),
     text("track", "NODE:ORDERS", "Orders of the outputs over the angle of a node, such as motor:1,21 or motor:37/12"),
     number("turns", "N", "Turns averaged for each point of the orders; default 8"),
-    text("te", "INPUT:OUTPUT", "Transmission error of one node against another, as `te` finds it in a log; of the last million samples"),
-    text("teeth", "PAIRS", "Teeth between both, driver first: 21:63 or 21:63,17:40"),
+    text("te", "INPUT:OUTPUT", "Transmission error of one node against another, as `te` computes it from a log; of the last million samples"),
+    text("teeth", "PAIRS", "Teeth between the two nodes, driver first: 21:63 or 21:63,17:40"),
 ];
 
 #[rustfmt::skip]
@@ -98,7 +98,7 @@ const ERROR: &[Key] = &[
 #[rustfmt::skip]
 const STABILITY: &[Key] = &[
     number("speeds", "A:B:N", "Speeds of a chart of parametric stability, FIRST:LAST:POINTS (default unit rpm, default 50 points)"),
-    text("over", "depth=A:B:N", "A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping"),
+    text("over", "depth=A:B:N", "Second axis of that chart, factors on the values of the scene: depth (of stiffness waves) or damping"),
 ];
 
 /// Arguments of `simulate`.
@@ -119,7 +119,7 @@ pub struct SimulateArgs {
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the runs")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw error over run time")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw error against run time")))]
 pub struct AccuracyArgs {
     /// A scene, a model or a gear file
     pub scene: PathBuf,
@@ -133,7 +133,7 @@ pub struct AccuracyArgs {
 
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write the scene at its extremes, one row a case and method")))]
+#[command(mut_arg("csv", |arg| arg.help("Write the extreme cases of the scene, one row per case and method")))]
 #[command(mut_arg("svg", |arg| arg.help("Draw the regions of stability with the eigenvalues times the step, the amplification factor per step of each method, and the chart over two axes")))]
 pub struct StabilityArgs {
     /// A scene or a model

@@ -23,7 +23,7 @@ pub struct PageArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Output")]
 pub struct OutputArgs {
-    /// One JSON document on standard output, nothing else there
+    /// Print one JSON document, and nothing else, on standard output
     #[arg(long)]
     pub json: bool,
     /// Write the table
@@ -32,7 +32,7 @@ pub struct OutputArgs {
     /// Draw the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Logarithmic abscissa (x) or ordinate (y) of the first figure; refused where the axis holds zero or less
+    /// Logarithmic abscissa (x) or ordinate (y) of the first figure; rejected if the axis has values of zero or less
     #[arg(long, value_parser = word_parser::<LogAxis>(), value_name = "AXIS")]
     pub log: Option<LogAxis>,
     /// The page.

@@ -10,7 +10,7 @@ use crate::scene::study::{ResponseMethodTag, ResponseQuantity};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write the responses, real and imaginary part, one row a line; or the curve, one row a motion or a speed")))]
+#[command(mut_arg("csv", |arg| arg.help("Write the responses, real and imaginary part, one row per line; or the curve, one row per motion or speed")))]
 #[command(mut_arg("svg", |arg| arg.help("Draw magnitude and phase, and the complex plane (FILE-nyquist.svg); or the jump curve, or the map")))]
 pub struct ResponseArgs {
     /// A model or a scene
@@ -34,16 +34,16 @@ impl KeyTable for ResponseKeys {
 #[rustfmt::skip]
 const RESPONSE: &[Key] = &[
     list("input", "NAMES", "Inputs: motor.theta (a torque), first_pair.te (a displacement imposed in a branch), ground.x, motor.theta.motion"),
-    list("output", "NAMES", "What is measured: work.theta, work.speed, work.acceleration, \"work - 1/27*motor\", belt.force, belt.deflection"),
+    list("output", "NAMES", "Outputs: work.theta, work.speed, work.acceleration, \"work - 1/27*motor\", belt.force, belt.deflection"),
     list("hold", "NAMES", "Degrees of freedom held fixed, such as the driver's angle"),
     number("band", "A:B", "Frequencies, LOW:HIGH (default unit Hz)"),
     number("lines", "N", "Lines in the band, both ends included; default 1001"),
     word::<ResponseQuantity>("as", "KIND", "Motions as displacement, speed or acceleration; by default as named").formerly("kind"),
-    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (default unit rpm); gyroscopic terms count"),
+    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (default unit rpm); includes gyroscopic terms"),
     word::<ResponseMethodTag>("method", "METHOD", "Solution method; by default chosen from the machine and the number of lines"),
-    number("run-up", "A:B:POINTS", "Run-up instead: responses to all orders over speed, meshes with sidebands, eccentricities, declared errors; speeds of the first node of `[speed]` (default unit rpm). Amplitudes are those of declared errors; where none is declared, 1 µm is assumed of every order").sets("speeds"),
-    number("harmonic-balance", "A:B:POINTS", "Periodic motions over speed instead, with play, friction and varying stiffness: harmonic balance with arc-length continuation; speeds of the first node of `[speed]` (default unit rpm), POINTS bounds the steps. --output takes what `simulate` takes").sets("speeds"),
-    number("tolerance", "SHARE", "Residual allowed from higher orders, relative to the deflections; default 1e-6 (with --harmonic-balance)"),
-    number("orders", "N", "Number of orders; by default as many as the tolerance needs (with --harmonic-balance)"),
-    switch("orders-alone", "The balance alone, motions not refined by locating every switch (with --harmonic-balance)"),
+    number("run-up", "A:B:POINTS", "Run-up instead: responses to all orders over speed, meshes with sidebands, eccentricities, declared errors; speeds of the first node of `[speed]` (default unit rpm). Amplitudes are those of declared errors; without any, 1 µm is assumed for every order").sets("speeds"),
+    number("harmonic-balance", "A:B:POINTS", "Periodic motions over speed instead, with play, friction and varying stiffness: harmonic balance with arc-length continuation; speeds of the first node of `[speed]` (default unit rpm), POINTS limits the steps. --output takes the signals of `simulate`").sets("speeds"),
+    number("tolerance", "SHARE", "Maximum residual of higher orders, relative to the deflections; default 1e-6 (with --harmonic-balance)"),
+    number("orders", "N", "Number of orders; by default chosen to meet the tolerance (with --harmonic-balance)"),
+    switch("orders-alone", "Harmonic balance only, motions not refined by locating every switch (with --harmonic-balance)"),
 ];

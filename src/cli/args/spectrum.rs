@@ -13,17 +13,17 @@ use crate::spectrum::welch::Detrend;
 
 /// Arguments of `spectrum`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write the spectra, one column a channel")))]
+#[command(mut_arg("csv", |arg| arg.help("Write the spectra, one column per channel")))]
 #[command(mut_arg("svg", |arg| arg.help("Draw the spectra with their lines named; spectrograms as a map over time (over speed with --tacho) and frequency")))]
 pub struct SpectrumArgs {
     /// A log of signals, or a file of spectra; several logs of one test, or a sidecar that lists them (`files`), are averaged together;
-    /// files, no pipes
+    /// no pipes
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Keys of the study.
     #[command(flatten)]
     pub study: KeyFlags<SpectrumKeys>,
-    /// A machine whose shafts and meshes give lines their names
+    /// A machine whose shafts and meshes name the lines
     #[arg(
         long,
         value_name = "MODEL",
@@ -31,7 +31,7 @@ pub struct SpectrumArgs {
         help_heading = "The shaft"
     )]
     pub model: Option<PathBuf>,
-    /// The node of it that turns at --speed, or that the tacho is on
+    /// Its node that turns at --speed or carries the tacho
     #[arg(
         long,
         value_name = "NODE",
@@ -62,21 +62,21 @@ impl KeyTable for SpectrumKeys {
 const SPECTRUM: &[Key] = &[
     list("channel", "CHANNELS", "Channels analysed").required(),
     word::<Option<SpectrumKind>>("kind", "KIND", "Kind of spectrum; default psd"),
-    number("band", "A:B", "Lines shown, LOW:HIGH (default unit Hz; orders with --kind order); with --kind envelope the band whose envelope is taken"),
+    number("band", "A:B", "Band shown, LOW:HIGH (default unit Hz; orders with --kind order); with --kind envelope the band demodulated"),
     number("resolution", "FREQUENCY", "Frequency resolution (default unit Hz); by default chosen from the length of the record"),
     text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; default hann"),
-    number("overlap", "SHARE", "Share of a block that the next has in common with it"),
+    number("overlap", "SHARE", "Overlap of consecutive blocks, as a share of a block"),
     text("average", "WAY", "Averaging over blocks: linear (default), exponential:N (N blocks), peak-hold"),
     word::<Detrend>("detrend", "DETREND", "Trend removed from each block; default its mean"),
     word::<MotionQuantity>("as", "MOTION", "Quantity shown: displacement, velocity or acceleration, converted from the channel's unit"),
-    switch("separate", "Only what does not repeat: tones are predicted and taken off first"),
+    switch("separate", "Only the random part: tones are predicted and subtracted first"),
 ];
 
 #[rustfmt::skip]
 const SHAFT: &[Key] = &[
-    text("tacho", "CHANNEL", "The channel of a tacho, for orders and for a map over speed"),
+    text("tacho", "CHANNEL", "Tacho channel, for orders and for a map over speed"),
     number("pulses", "N", "Pulses per revolution; default 1"),
     number("speed", "SPEED", "Steady speed of the shaft (default unit rpm)"),
-    list("orders", "ORDERS", "Orders to cut (cycles a turn of the shaft), with --kind order-cut"),
+    list("orders", "ORDERS", "Orders to cut (cycles per turn of the shaft), with --kind order-cut"),
     number("turns", "N", "Turns in a block of an order spectrum or an order cut"),
 ];

@@ -18,7 +18,7 @@ pub struct TeArgs {
     /// Keys of the study.
     #[command(flatten)]
     pub study: KeyFlags<TeKeys>,
-    /// Every line of the table, not only the largest; of a log every multiple of the shafts is fitted as well
+    /// Every line of the table, not only the largest; of a log also every multiple of the shaft orders
     #[arg(long)]
     pub all: bool,
     /// Document, files and silence.
@@ -39,31 +39,31 @@ impl KeyTable for TeKeys {
 
 #[rustfmt::skip]
 const CHAIN: &[Key] = &[
-    text("output", "NODE", "The node whose error is wanted; of a log the column of its encoder, or its two tracks"),
+    text("output", "NODE", "Output node; of a log the column of its encoder, or its two tracks"),
     text("driver", "NODE", "Node whose angle is prescribed; default the first of `[speed]`"),
-    text("against", "NODE", "The node the output should turn with: the error of one against the other, such as work against cradle"),
+    text("against", "NODE", "Node that the output is compared with, such as work against cradle"),
     number("radius", "LENGTH", "Also give the error as an arc at this radius of the output (default unit mm)"),
     number("speed", "SPEED", "Also compute the dynamic error: speed of the first node of `[speed]` (default unit rpm)"),
     number("speeds", "A:B:N", "Draw the lines over speeds A:B:N of that node (default unit rpm), and list where each is largest"),
     number("window", "TURNS", "Revolutions of the output for the peak-to-peak values; default 1, for a record the full common period"),
-    text("index", "ELEMENT:TEETH", "The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37"),
-    number("output-teeth", "N", "Teeth of the output, which divide --record tooth by tooth; default those of the gear that turns with it"),
-    file("record", "Write the error over the angle; unknown phases are drawn, the same at every call"),
+    text("index", "ELEMENT:TEETH", "Tooth-by-tooth indexing of the work: the element after which it advances, and its teeth, such as differential:37"),
+    number("output-teeth", "N", "Teeth of the output, to divide --record by tooth; default those of the gear that turns with it"),
+    file("record", "Write the error over the angle; unknown phases are random, the same in every run"),
 ];
 
 #[rustfmt::skip]
 const ENCODERS: &[Key] = &[
     list("input", "COLUMN", "Column of the input's encoder; two columns are tracks in quadrature. --output names that of the output"),
     text("teeth", "z1:z2,…", "Teeth from input to output, driver first: 21:63 or 21:63,17:40"),
-    text("lines", "N1,N2", "Lines per revolution of both encoders, input first: 5000,5000; not needed where columns are angles"),
+    text("lines", "N1,N2", "Lines per revolution of both encoders, input first: 5000,5000; not needed if columns are angles"),
     number("counts-per-line", "N", "Counts per encoder line; default 4"),
-    switch("stamps", "The columns hold instants of pulses, one a line"),
-    switch("angle-base", "Rows are not even in time, such as those taken at steps of angle: no speed is computed"),
-    text("input-index", "COLUMN", "Column of the input's index pulse (reference mark, Z track), once a turn; with --stamps its instants"),
+    switch("stamps", "The columns are times of pulses, one per line"),
+    switch("angle-base", "Rows are not equally spaced in time, such as rows sampled by angle: no speed is computed"),
+    text("input-index", "COLUMN", "Column of the input's index pulse (reference mark, Z track), once per turn; with --stamps its times"),
     text("output-index", "COLUMN", "Column of the output's index pulse: angles and phases begin at its mark, and the counts between marks are checked"),
-    number("harmonics", "N", "Multiples of the meshes looked for; four where the rows hold them"),
-    switch("repair", "Take the steps of lost or extra counts out"),
+    number("harmonics", "N", "Harmonics of the mesh orders sought; default 4 if the rows resolve them"),
+    switch("repair", "Remove the steps of lost or extra counts"),
     number("pressure-angle", "ANGLE", "Transverse pressure angle (default unit deg): with both flanks it separates the encoder's eccentricity from the gear's"),
-    text("model", "MODEL", "A model or a scene whose declared errors, shafts and meshes give orders their names"),
-    text("at", "NODE,NODE", "The nodes of it that the encoders sit on, input first"),
+    text("model", "MODEL", "A model or a scene whose declared errors, shafts and meshes name the orders"),
+    text("at", "NODE,NODE", "Its nodes that carry the encoders, input first"),
 ];

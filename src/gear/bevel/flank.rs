@@ -9,10 +9,10 @@ use super::tooth_section::ToothSection;
 use crate::gear::hand::Hand;
 use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::jet::Surface;
-use crate::gear::kernel::meeting::Meeting;
+use crate::gear::kernel::meeting::MeshingState;
 use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::root::sign_change;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Blade length in tooth depths: the blade is longer than the tooth.
 pub const BLADE_DEPTHS: f64 = 3.0;
@@ -129,12 +129,12 @@ impl BevelFlank {
     /// Parameters `[s, θ, φ_c]` of the flank at `[z, radius]`, m; of several solutions the first not removed by undercut.
     pub fn find(&self, position: [f64; 2]) -> Option<[f64; 3]> {
         let mut starts = self.scan(position);
-        sort_rising(&mut starts, |a| a.0);
+        sort_ascending(&mut starts, |a| a.0);
         let [from, to] = self.envelope.surface.range();
         let on_blade = |at: &[f64; 3]| from <= at[0] && at[0] <= to && at[2].abs() <= CRADLE_RANGE;
         let starts = starts.iter().take(STARTS);
         let mut cut_away = None;
-        for at in starts.filter_map(|(_, start)| self.envelope.on_circle(position, *start)) {
+        for at in starts.filter_map(|(_, start)| self.envelope.intersect_circle(position, *start)) {
             let point = self.envelope.point(at);
             if on_blade(&at) && point.is_some_and(|point| !is_cut_away(&point)) {
                 return Some(at);
@@ -148,7 +148,7 @@ impl BevelFlank {
     pub fn point(&self, [face, height]: [f64; 2], near: [f64; 3]) -> Option<FlankPoint<WorkFrame>> {
         let at = self
             .envelope
-            .on_circle(self.section.at(face, height), near)?;
+            .intersect_circle(self.section.at(face, height), near)?;
         self.envelope.point(at)
     }
 
@@ -157,7 +157,7 @@ impl BevelFlank {
     ///
     /// Blade and Toprem form a concave corner; near the corner both can give a point, and the deeper cut is the tooth surface.
     pub fn tooth_point(&self, circle: [f64; 2], near: [f64; 3]) -> Option<ToothPoint> {
-        let at = self.envelope.on_circle(circle, near);
+        let at = self.envelope.intersect_circle(circle, near);
         let [_, theta, x] = at.unwrap_or(near);
         let [from, to] = self.envelope.surface.range();
         let on_blade = at.filter(|at| at[0] >= from - ON_BLADE * (to - from));
@@ -176,7 +176,8 @@ impl BevelFlank {
             let [first, last] = fillet.surface.range();
             let slack = ON_BLADE * (last - first);
             let starts = SEGMENT_STARTS.map(|share| first + share * (last - first));
-            let mut hits = (starts.iter()).filter_map(|u| fillet.on_circle(circle, [*u, theta, x]));
+            let mut hits =
+                (starts.iter()).filter_map(|u| fillet.intersect_circle(circle, [*u, theta, x]));
             let is_on = |at: &[f64; 3]| first - slack <= at[0] && at[0] <= last + slack;
             let Some(point) = hits.find(is_on).and_then(|at| fillet.point(at)) else {
                 continue;
@@ -200,7 +201,7 @@ impl BevelFlank {
         (1..=SMALL_STEPS).try_fold(at, |at, k| {
             let share = f64::from(k) / f64::from(SMALL_STEPS);
             let place = [0, 1].map(|i| from[i] + share * (to[i] - from[i]));
-            self.envelope.on_circle(place, at)
+            self.envelope.intersect_circle(place, at)
         })
     }
 
@@ -211,7 +212,7 @@ impl BevelFlank {
     pub fn undercut_limit(&self, face: f64, near: [f64; 3]) -> Option<FlankPoint<WorkFrame>> {
         let line = self.section.profile(face);
         let point = |s: f64, [_, theta, x]: [f64; 3]| {
-            let at = self.envelope.on_section_line(s, line, [theta, x])?;
+            let at = self.envelope.intersect_section_line(s, line, [theta, x])?;
             self.envelope.point(at)
         };
         let [end, _] = self.envelope.surface.range();
@@ -232,7 +233,7 @@ impl BevelFlank {
     pub fn is_undercut(&self, face: f64, [_, theta, x]: [f64; 3]) -> bool {
         let [end, _] = self.envelope.surface.range();
         let line = self.section.profile(face);
-        let at_end = self.envelope.on_section_line(end, line, [theta, x]);
+        let at_end = self.envelope.intersect_section_line(end, line, [theta, x]);
         let point = at_end.and_then(|at| self.envelope.point(at));
         point.is_none_or(|point| is_cut_away(&point))
     }
@@ -266,7 +267,7 @@ impl BevelFlank {
                         continue;
                     };
                     // f is linear in s on a cone, and nearly so on an arc.
-                    let meeting = Meeting::new(&jet, &state);
+                    let meeting = MeshingState::new(&jet, &state);
                     s -= meeting.f / meeting.gradient[0];
                 }
                 if !(from <= s && s <= to) {

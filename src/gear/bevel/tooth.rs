@@ -1,7 +1,7 @@
-//! Both flanks of a bevel tooth: space width, thickness, top land.
+//! Bevel tooth of two flanks: space width, thickness and top land.
 //!
-//! Flanks that one cutter leaves at once bound a space by themselves; flanks cut one after the other are turned against each other until
-//! the mean normal thickness is met.
+//! Flanks cut together by one cutter determine the space width; flanks cut separately are rotated relative to each other to the mean
+//! normal thickness.
 
 use std::f64::consts::TAU;
 
@@ -12,49 +12,49 @@ use super::structure_elements::StructureElements;
 use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::vector::wrapped;
 
-/// Index of the concave and of the convex flank.
+/// Names of the flanks by index.
 pub const SIDES: [&str; 2] = ["concave", "convex"];
 
-/// Columns along the face at which top lands are compared.
+/// Positions along the face at which the top-land width is evaluated.
 const COLUMNS: usize = 17;
-/// Bisections of a height: its last interval is rounding.
+/// Bisections of a height, to rounding.
 const BISECTIONS: usize = 50;
 
-/// A tooth with both flanks.
+/// Bevel tooth with both flanks.
 #[derive(Debug, Clone)]
 pub struct BevelTooth {
     /// Concave and convex flank.
     pub flanks: [BevelFlank; 2],
-    /// Parameters of their middles.
+    /// Parameters of the flanks at mid-face and mid-height.
     middles: [[f64; 3]; 2],
     /// Number of teeth.
     pub teeth: u32,
-    /// Azimuths of the flanks at the mean point as they are cut, rad.
+    /// Azimuths of the flanks at the mean point as cut, rad.
     azimuths: [f64; 2],
-    /// The flank whose space lies at growing azimuth.
+    /// Index of the flank with the space on the side of larger azimuth.
     lower: usize,
-    /// Angle of the space at the mean point, rad.
+    /// Angular space width at the mean point, rad.
     mean_space: f64,
-    /// `[z, radius]` of the mean point.
+    /// Mean point `[z, radius]`, m.
     mean_point: [f64; 2],
     /// Spiral angle at the mean point, rad.
     spiral_angle: f64,
 }
 
-/// The thinnest place of the top lands.
+/// Minimum of the top-land width along the face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TopLand {
-    /// Share of the face.
+    /// Share of the face at the minimum.
     pub face: f64,
-    /// Normal width, m; below zero where the flanks cross below the tip.
+    /// Normal width, m; negative where the flanks intersect below the tip.
     pub width: f64,
-    /// Share of the height at which the flanks meet; none where they do not.
+    /// Share of the height at which the flanks intersect; `None` for a tooth that is not pointed.
     pub pointed_at: Option<f64>,
 }
 
 impl BevelTooth {
-    /// The tooth of two flanks through the mean point of a blank; `thickness`, the mean normal one in m, turns the flanks against each
-    /// other. None where a flank does not pass the mean point or both face the same way.
+    /// Tooth of two flanks through the mean point of a blank; a mean normal `thickness`, m, rotates the flanks relative to each other.
+    /// `None` where a flank does not contain the mean point or both flanks face the same way.
     pub fn new(
         flanks: [BevelFlank; 2],
         teeth: u32,
@@ -77,12 +77,12 @@ impl BevelTooth {
             _ => return None,
         };
         let azimuths = [a.0, b.0];
-        let cut = azimuths[1 - lower] - azimuths[lower];
+        let cut_space = azimuths[1 - lower] - azimuths[lower];
         let pitch = TAU / f64::from(teeth);
         let spiral_angle = StructureElements::of(&a.2, blank.pitch_apex)?.spiral_angle;
         let mean_space = match thickness {
             Some(thickness) => pitch - thickness / (mean_point[1] * spiral_angle.cos()),
-            None => cut.rem_euclid(pitch),
+            None => cut_space.rem_euclid(pitch),
         };
         Some(BevelTooth {
             flanks,
@@ -96,41 +96,41 @@ impl BevelTooth {
         })
     }
 
-    /// Pitch, rad.
+    /// Angular pitch, rad.
     pub fn pitch(&self) -> f64 {
         TAU / f64::from(self.teeth)
     }
 
-    /// The flanks of the tooth by growing azimuth: the one that has its space below it first.
+    /// Indices of the flanks of the tooth by ascending azimuth.
     pub fn by_azimuth(&self) -> [usize; 2] {
         [1 - self.lower, self.lower]
     }
 
-    /// A point of a flank of the tooth whose middle lies at the azimuth 0 of the mean point: the point and its azimuth.
-    pub fn point(&self, flank: usize, place: [f64; 2]) -> Option<(ToothPoint, f64)> {
-        let found = self.flanks[flank].tooth_point(place, self.middles[flank])?;
-        Some((found, self.azimuth(flank, &found.point)))
+    /// Flank point at `[z, radius]` with its azimuth, rad, for the tooth centred at azimuth 0 at the mean point.
+    pub fn point(&self, flank: usize, position: [f64; 2]) -> Option<(ToothPoint, f64)> {
+        let point = self.flanks[flank].tooth_point(position, self.middles[flank])?;
+        Some((point, self.azimuth(flank, &point.point)))
     }
 
-    /// A point of a flank as if the straight blade reached down to it, and its azimuth as in [`BevelTooth::point`].
+    /// Flank point generated by the extended straight blade, with its azimuth as in [`BevelTooth::point`].
     pub fn blade_point(
         &self,
         flank: usize,
-        place: [f64; 2],
+        position: [f64; 2],
     ) -> Option<(FlankPoint<WorkFrame>, f64)> {
         let envelope = &self.flanks[flank].envelope;
-        let found = envelope.point(envelope.on_circle(place, self.middles[flank])?)?;
-        Some((found, self.azimuth(flank, &found)))
+        let point = envelope.point(envelope.intersect_circle(position, self.middles[flank])?)?;
+        Some((point, self.azimuth(flank, &point)))
     }
 
-    /// Azimuth of a flank's point in the tooth about the azimuth 0.
+    /// Azimuth of a flank point for the tooth centred at azimuth 0, rad.
     fn azimuth(&self, flank: usize, point: &FlankPoint<WorkFrame>) -> f64 {
         let r = point.point.coordinates;
         let at_mean = self.azimuths[flank] - self.turn_to_cut(flank);
         at_mean + wrapped(r.y.atan2(r.x) - self.azimuths[flank])
     }
 
-    /// Turn from the tooth about the azimuth 0 to a flank as its settings cut it, rad.
+    /// Rotation from the tooth centred at azimuth 0 to the flank as cut by its settings, rad.
     pub fn turn_to_cut(&self, flank: usize) -> f64 {
         let half = 0.5 * (self.pitch() - self.mean_space);
         match flank == self.lower {
@@ -139,21 +139,21 @@ impl BevelTooth {
         }
     }
 
-    /// Angle of the tooth at `[z, radius]`, rad; below zero beyond a point at which the flanks cross.
-    pub fn angle(&self, place: [f64; 2]) -> Option<f64> {
+    /// Angular thickness of the tooth at `[z, radius]`, rad; negative above an intersection of the flanks.
+    pub fn angle(&self, position: [f64; 2]) -> Option<f64> {
         let [(_, low), (_, high)] = [
-            self.point(1 - self.lower, place)?,
-            self.point(self.lower, place)?,
+            self.point(1 - self.lower, position)?,
+            self.point(self.lower, position)?,
         ];
         Some(high - low)
     }
 
-    /// Normal thickness at `[z, radius]`, m, with the spiral angle of the mean point.
-    pub fn normal_thickness(&self, place: [f64; 2]) -> Option<f64> {
-        Some(self.angle(place)? * place[1] * self.spiral_angle.cos())
+    /// Normal thickness at `[z, radius]`, m, by the spiral angle of the mean point.
+    pub fn normal_thickness(&self, position: [f64; 2]) -> Option<f64> {
+        Some(self.angle(position)? * position[1] * self.spiral_angle.cos())
     }
 
-    /// Transverse arcs of tooth and space at the mean point, m.
+    /// Transverse arc lengths of tooth and space at the mean point, m.
     pub fn mean_arcs(&self) -> [f64; 2] {
         [self.pitch() - self.mean_space, self.mean_space].map(|angle| angle * self.mean_point[1])
     }
@@ -163,12 +163,12 @@ impl BevelTooth {
         (self.pitch() - self.mean_space) * self.mean_point[1] * self.spiral_angle.cos()
     }
 
-    /// The thinnest top land; none where the flanks do not reach the tip.
+    /// Minimum top land along the face; `None` where the flanks do not reach the tip.
     pub fn top_land(&self) -> Option<TopLand> {
         let section = &self.flanks[0].section;
-        let at = |i: usize| i as f64 / (COLUMNS - 1) as f64;
+        let share = |i: usize| i as f64 / (COLUMNS - 1) as f64;
         let width = |face: f64, height: f64| self.normal_thickness(section.at(face, height));
-        let lands = (0..COLUMNS).filter_map(|i| Some((at(i), width(at(i), 1.0)?)));
+        let lands = (0..COLUMNS).filter_map(|i| Some((share(i), width(share(i), 1.0)?)));
         let (face, width_at_tip) = lands.min_by(|a, b| a.1.total_cmp(&b.1))?;
         let pointed_at = (width_at_tip <= 0.0).then(|| {
             let (mut low, mut high) = (0.0, 1.0);

@@ -4,7 +4,7 @@ use super::contact_point::ContactPoint;
 use super::pair::FlankPair;
 use crate::gear::kernel::second_order::{Curvature, SecondOrder};
 use crate::gear::kernel::vector::Vector;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Instantaneous contact ellipse: where the gap is below the coating's thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl FlankPair {
     pub fn ellipse(&self, contact: &ContactPoint, coating: f64) -> Option<ContactEllipse> {
         let angles = [contact.pinion_angle, contact.gear_angle()];
         let mut curvatures = [None, None];
-        for (k, meeting) in contact.meetings.iter().enumerate() {
+        for (k, meeting) in contact.meshing_states.iter().enumerate() {
             let own = SecondOrder::of(meeting)?.envelope()?;
             let pose = self.pose(k, angles[k]);
             curvatures[k] = Some(Curvature {
@@ -36,7 +36,7 @@ impl FlankPair {
         // The gear's normal points the other way, which turns the sign of its curvature.
         let gear_normal = self
             .pose(1, contact.gear_angle())
-            .rotate(contact.meetings[1].jet.n);
+            .rotate(contact.meshing_states[1].jet.n);
         let side = contact.normal.dot(gear_normal).signum();
         let [e1, e2] = pinion.tangents;
         let [w11, w12, w22] = pinion.components;
@@ -49,7 +49,7 @@ impl FlankPair {
             ],
         };
         let mut principal = relative.principal();
-        sort_rising(&mut principal, |a| a.0.abs());
+        sort_ascending(&mut principal, |a| a.0.abs());
         let semi_axes = principal.map(|(k, _)| (2.0 * coating / k.abs()).sqrt());
         semi_axes[0].is_finite().then_some(ContactEllipse {
             relative_curvatures: principal.map(|(k, _)| k),

@@ -146,7 +146,7 @@ impl FlankPair {
         reference: &ContactPoint,
     ) -> Option<[f64; 2]> {
         let undercuts = |c: &ContactPoint| {
-            let d = (c.meetings.each_ref()).map(|m| SecondOrder::of(m).map(|s| s.undercut));
+            let d = (c.meshing_states.each_ref()).map(|m| SecondOrder::of(m).map(|s| s.undercut));
             Some([d[0]?, d[1]?])
         };
         let (current, base) = (undercuts(contact)?, undercuts(reference)?);

@@ -10,7 +10,7 @@ use super::pair::FlankPair;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::jet::Jet;
-use crate::gear::kernel::meeting::Meeting;
+use crate::gear::kernel::meeting::MeshingState;
 use crate::gear::kernel::second_order::SecondOrder;
 use crate::gear::kernel::vector::Vector;
 
@@ -218,7 +218,9 @@ impl RidgeStations {
         let (length, along_height) = (tangent.norm(), pose.rotate(tangent.unit()?));
         let in_gear = pair.pose(1, 0.0).inverse().apply(point);
         let position = [in_gear.z, f64::hypot(in_gear.x, in_gear.y)];
-        let gear = pair.flanks[1].envelope.on_circle(position, gear_start)?;
+        let gear = pair.flanks[1]
+            .envelope
+            .intersect_circle(position, gear_start)?;
         let meeting = pair.flanks[1].envelope.meeting(gear)?;
         let gear_point = meeting.jet.r;
         let gear_angle = in_gear.y.atan2(in_gear.x) - gear_point.y.atan2(gear_point.x);
@@ -296,10 +298,10 @@ impl Station {
         flank: &BevelFlank,
         height: f64,
         near: [f64; 3],
-    ) -> Option<([f64; 3], Meeting)> {
+    ) -> Option<([f64; 3], MeshingState)> {
         let at = flank
             .envelope
-            .on_circle(flank.section.at(self.face, height), near)?;
+            .intersect_circle(flank.section.at(self.face, height), near)?;
         Some((at, flank.envelope.meeting(at)?))
     }
 }
@@ -314,7 +316,7 @@ fn along_section(jet: &Jet, [dz, dr]: [f64; 2]) -> Vector {
 }
 
 /// Normal curvature of a flank along a unit tangent, 1/m.
-fn curvature(meeting: &Meeting, along: Vector) -> Option<f64> {
+fn curvature(meeting: &MeshingState, along: Vector) -> Option<f64> {
     Some(SecondOrder::of(meeting)?.envelope()?.normal(along))
 }
 

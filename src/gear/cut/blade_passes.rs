@@ -157,7 +157,7 @@ impl BladePasses {
     }
 
     /// True if the neighbouring passes intersect the normal above Toprem and edge; the scallop formula applies there.
-    pub fn is_of_blade(&self, point: &FlankPoint<WorkFrame>) -> bool {
+    pub fn is_on_blade_facet(&self, point: &FlankPoint<WorkFrame>) -> bool {
         let Some(surfaces) = self.blades.first() else {
             return false;
         };

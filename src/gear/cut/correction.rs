@@ -50,7 +50,7 @@ pub struct CorrectionFit {
     /// Changes of the unknowns, m, rad or dimensionless.
     pub changes: Vec<f64>,
     /// Residual deviations by flank and node, m; `None` for a node without a point of the fitted flank.
-    pub rests: Vec<Vec<Option<f64>>>,
+    pub residuals: Vec<Vec<Option<f64>>>,
     /// Sensitivities at the initial settings.
     pub nominal: NodeSensitivities,
     /// Sensitivities at the fitted settings.
@@ -178,7 +178,7 @@ impl CorrectionProblem {
             setups: trials.iter().map(|trial| trial.setup).collect(),
             turns: trials.iter().map(|trial| trial.turn).collect(),
             changes,
-            rests,
+            residuals: rests,
             nominal,
             fitted: system,
             kept: rank,
@@ -198,7 +198,7 @@ impl CorrectionProblem {
             return Ok(());
         }
         let message = format!(
-            "{} nodes lie on the flank of the settings, and {needed} unknowns (settings, and a turn of each flank) need as many at least",
+            "{} nodes lie on the flank of the settings; {needed} unknowns (settings, and a rotation of each flank) need at least {needed}",
             hits.len()
         );
         Err(Error::new(Code::IllPosed, message)
@@ -315,7 +315,7 @@ fn intersect(
     node: &FlankNode,
     start: [f64; 3],
 ) -> Option<([f64; 3], Vector, f64)> {
-    let (at, distance) = envelope.on_ray(node.point, node.normal, start)?;
+    let (at, distance) = envelope.intersect_ray(node.point, node.normal, start)?;
     let point = envelope.point(at)?;
     let is_flank = point.second_order.undercut.signum() == node.side;
     let normal = point.normal.components;

@@ -1,4 +1,4 @@
-//! Nodes of a flank with their deviations: points and normals of a nominal flank, and how far another flank lies beyond them.
+//! Measured flank: nodes of a nominal flank with points and normals, and deviations along the normals.
 
 use super::root_point::RootPoint;
 use super::setting::FlankSetup;
@@ -8,80 +8,80 @@ use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::hand::Hand;
 use crate::gear::kernel::pose::{Direction, Point};
 
-/// A node of a nominal flank.
+/// Node of a nominal flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankNode {
     /// Point, m.
     pub point: Point<WorkFrame>,
-    /// Unit normal out of the metal.
+    /// Unit normal, out of the material.
     pub normal: Direction<WorkFrame>,
-    /// Parameters `[s, θ, φ_c]` of a flank near it.
+    /// Parameters `[s, θ, φ_c]` of the flank point, a start for neighbouring flanks.
     pub at: [f64; 3],
     /// Shares of face and height.
     pub shares: [f64; 2],
-    /// Sign of D on the side of the undercut limit that is the flank.
+    /// Sign of D on the flank side of the undercut limit.
     pub side: f64,
 }
 
-/// Share of face or height by which a node may lie beyond the section: blanks are turned with allowances.
-const BEYOND: f64 = 0.05;
+/// Maximum distance of a node outside the section, in shares of face or height: blanks have machining allowances.
+const MARGIN: f64 = 0.05;
 
 impl FlankNode {
-    /// The node of a flank at `[z, radius]`, sought from parameters near it; none where the cutter's blade leaves no flank there.
-    pub fn of(flank: &BevelFlank, place: [f64; 2], near: [f64; 3]) -> Option<FlankNode> {
+    /// Node of a flank at `[z, radius]` by Newton's method from `start`; `None` where the blade generates no flank there.
+    pub fn of(flank: &BevelFlank, place: [f64; 2], start: [f64; 3]) -> Option<FlankNode> {
         let shares = flank.section.shares(place)?;
-        if shares.iter().any(|x| !(-BEYOND..=1.0 + BEYOND).contains(x)) {
+        if shares.iter().any(|x| !(-MARGIN..=1.0 + MARGIN).contains(x)) {
             return None;
         }
-        let found = flank.tooth_point(place, near).filter(|p| !p.in_fillet)?;
+        let node = flank.tooth_point(place, start).filter(|p| !p.in_fillet)?;
         Some(FlankNode {
-            point: found.point.point,
-            normal: found.point.normal,
-            at: found.point.at,
+            point: node.point.point,
+            normal: node.point.normal,
+            at: node.point.at,
             shares,
-            side: found.point.second_order.undercut.signum(),
+            side: node.point.second_order.undercut.signum(),
         })
     }
 }
 
-/// A measured flank.
+/// Measured flank with the settings of its machine.
 #[derive(Debug, Clone)]
 pub struct MeasuredFlank {
-    /// Cutter and machine as they were set.
+    /// Cutter and machine settings of the cut.
     pub setup: FlankSetup,
     /// Hand of the work.
     pub hand: Hand,
-    /// Axial section of its tooth.
+    /// Axial section of the tooth.
     pub section: ToothSection,
-    /// Nodes.
+    /// Nodes of the nominal flank.
     pub nodes: Vec<FlankNode>,
-    /// Deviations along the nodes' normals, m: positive where metal is left beyond the node.
+    /// Deviations along the normals of the nodes, m, positive for excess material.
     pub deviations: Vec<f64>,
-    /// Points of the root whose height the settings keep; empty where the depth of the slot is free.
+    /// Root points whose height is a constraint on the settings; empty for a free slot depth.
     pub roots: Vec<RootPoint>,
 }
 
-/// Root mean square and largest size of deviations.
+/// Root mean square and maximum absolute value of deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deviations {
-    /// Number of nodes.
+    /// Number of existing nodes.
     pub nodes: usize,
     /// Root mean square, m.
     pub rms: f64,
-    /// Largest size, m.
+    /// Maximum absolute value, m.
     pub largest: f64,
 }
 
 impl Deviations {
-    /// Those of nodes that exist.
+    /// Statistics over the nodes that exist, of deviations in m.
     pub fn of(values: &[Option<f64>]) -> Deviations {
-        let all = || values.iter().flatten();
-        let nodes = all().count();
-        let squares: f64 = all().map(|x| x * x).sum();
+        let existing = || values.iter().flatten();
+        let nodes = existing().count();
+        let squares: f64 = existing().map(|x| x * x).sum();
         Deviations {
             nodes,
             rms: (squares / nodes.max(1) as f64).sqrt(),
-            largest: all().fold(0.0, |most, x| most.max(x.abs())),
+            largest: existing().fold(0.0, |largest, x| largest.max(x.abs())),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Settings for the next cut: those of the last one less the changes that explain its deviations, on the steps of the dials.
+//! Settings of the next cut: those of the last cut minus the changes fitted to its deviations, rounded to the dial steps.
 
 use super::correction::{CorrectionFit, CorrectionProblem, ROOT_WEIGHT, Unknown};
 use super::dial::{Dial, DialSteps};
@@ -9,21 +9,21 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::integer_least_squares::integer_least_squares;
 
-/// Settings of the next cut and what it is expected to leave.
+/// Settings of the next cut and its expected deviations.
 #[derive(Debug, Clone)]
 pub struct NextCut {
-    /// Settings of each flank, as the dials show them.
+    /// Settings of each flank, rounded to the dial steps.
     pub setups: Vec<FlankSetup>,
-    /// Expected deviations by flank and node, m: what no settings take away and what the steps of the dials leave.
+    /// Expected deviations by flank and node, m: residuals of the fit plus the effect of the dial steps.
     pub deviations: Vec<Vec<Option<f64>>>,
 }
 
 impl CorrectionProblem {
-    /// The next cut after a fit, with the dials that are set for each flank: the machine that cut as if its settings differed by the
-    /// changes found is set back by them.
+    /// Next cut after a fit, with the dials of each flank: the machine cut as if its settings differed by the fitted changes, which are
+    /// therefore subtracted.
     ///
     /// # Errors
-    /// Settings at which no flank is cut; as `on_steps`.
+    /// Settings that cut no flank; errors of [`CorrectionProblem::rounded_settings`].
     pub fn next_cut(
         &self,
         fit: &CorrectionFit,
@@ -31,7 +31,7 @@ impl CorrectionProblem {
         steps: &DialSteps,
         roots: &[Option<[RootPoint; 3]>],
     ) -> Result<NextCut, Error> {
-        let changed = |setup: &FlankSetup, flank: usize, sign: f64| {
+        let shifted = |setup: &FlankSetup, flank: usize, sign: f64| {
             let mut setup = *setup;
             for (unknown, change) in self.unknowns.iter().zip(&fit.changes) {
                 if unknown.flanks.contains(&flank) {
@@ -41,13 +41,13 @@ impl CorrectionProblem {
             setup
         };
         let flanks = self.flanks.iter().enumerate();
-        let wanted: Vec<FlankSetup> = flanks
-            .map(|(f, flank)| changed(&flank.setup, f, -1.0))
+        let exact: Vec<FlankSetup> = flanks
+            .map(|(f, flank)| shifted(&flank.setup, f, -1.0))
             .collect();
-        let setups = self.on_steps(fit, &wanted, dials, steps, roots)?;
-        // The machine cuts the next flank with the same errors.
+        let setups = self.rounded_settings(fit, &exact, dials, steps, roots)?;
+        // The machine errors are the same for the next cut.
         let as_cut = |(f, flank): (usize, &MeasuredFlank)| MeasuredFlank {
-            setup: changed(&setups[f], f, 1.0),
+            setup: shifted(&setups[f], f, 1.0),
             deviations: vec![0.0; flank.nodes.len()],
             ..flank.clone()
         };
@@ -56,41 +56,46 @@ impl CorrectionProblem {
             unknowns: Vec::new(),
             least: self.least,
         };
-        let left = expected.solve()?;
-        let sum = |(rests, left): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
-            let nodes = rests.iter().zip(left);
+        let after_cut = expected.solve()?;
+        let sum = |(residuals, after_cut): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
+            let nodes = residuals.iter().zip(after_cut);
             nodes
-                .map(|(rest, left)| Some((*rest)? - (*left)?))
+                .map(|(residual, after_cut)| Some((*residual)? - (*after_cut)?))
                 .collect()
         };
         Ok(NextCut {
-            deviations: fit.rests.iter().zip(&left.rests).map(sum).collect(),
+            deviations: fit
+                .residuals
+                .iter()
+                .zip(&after_cut.residuals)
+                .map(sum)
+                .collect(),
             setups,
         })
     }
 
-    /// Wanted settings on the steps of the dials: of all steps those whose flanks and roots are nearest to the wanted ones, so that dials
-    /// make up for each other's rounding.
+    /// Rounds settings to the dial steps such that flanks and roots deviate least from those of the exact settings; the roundings of the
+    /// dials compensate each other.
     ///
     /// # Errors
-    /// A radial distance that no eccentric angle gives.
-    pub fn on_steps(
+    /// A radial distance without an eccentric angle.
+    pub fn rounded_settings(
         &self,
         fit: &CorrectionFit,
-        wanted: &[FlankSetup],
+        exact: &[FlankSetup],
         dials: &[Vec<Dial>],
         steps: &DialSteps,
         roots: &[Option<[RootPoint; 3]>],
     ) -> Result<Vec<FlankSetup>, Error> {
-        let all = self.dials_of_flanks(dials);
-        // A step away from the wanted settings counts like a least displacement of one node.
-        let stay = self.least;
+        let all_dials = self.dials_of_flanks(dials);
+        // A deviation of one step has the weight of the smallest displacement of one node.
+        let step_weight = self.least;
         let (mut columns, mut offsets) = (Vec::new(), Vec::new());
-        for (i, (dial, flanks)) in all.iter().enumerate() {
-            let (from, setup) = (&self.flanks[flanks[0]].setup, &wanted[flanks[0]]);
+        for (i, (dial, flanks)) in all_dials.iter().enumerate() {
+            let (last, setup) = (&self.flanks[flanks[0]].setup, &exact[flanks[0]]);
             let (step, value) = (dial.step(steps), dial.value(setup));
             if !value.is_finite() {
-                let message = "the radial distance of the settings found exceeds twice the machine constant: no eccentric angle gives it";
+                let message = "the computed radial distance exceeds twice the machine constant: no eccentric angle gives it";
                 return Err(Error::new(Code::OutOfRange, message).with_hint(
                     "check member, flank and sign of the deviations, or free fewer settings",
                 ));
@@ -99,8 +104,8 @@ impl CorrectionProblem {
             let changes: Vec<f64> = (self.unknowns.iter())
                 .map(|unknown| match unknown.flanks == *flanks {
                     true => {
-                        let of = |setup: &FlankSetup| setup.value(unknown.setting);
-                        (of(&next) - of(setup)) / unknown.reach
+                        let value = |setup: &FlankSetup| setup.value(unknown.setting);
+                        (value(&next) - value(setup)) / unknown.reach
                     }
                     false => 0.0,
                 })
@@ -108,21 +113,21 @@ impl CorrectionProblem {
             let mut column = fit.fitted.displacements(&changes);
             for (f, roots) in roots.iter().enumerate() {
                 let hand = self.flanks[f].hand;
-                let deeper = |root: &RootPoint, setup: &FlankSetup| {
-                    ROOT_WEIGHT * root.deeper_by(setup, hand).unwrap_or(0.0)
+                let depth = |root: &RootPoint, setup: &FlankSetup| {
+                    ROOT_WEIGHT * root.depth_change(setup, hand).unwrap_or(0.0)
                 };
-                let moved = |root: &RootPoint| match flanks.contains(&f) {
-                    true => deeper(root, &next) - deeper(root, setup),
+                let depth_change = |root: &RootPoint| match flanks.contains(&f) {
+                    true => depth(root, &next) - depth(root, setup),
                     false => 0.0,
                 };
-                // Those that the fit holds have rows of it.
+                // Roots of the fit have rows in `column` already.
                 if self.flanks[f].roots.is_empty() {
-                    column.extend(roots.iter().flatten().map(moved));
+                    column.extend(roots.iter().flatten().map(depth_change));
                 }
             }
-            column.extend((0..all.len()).map(|j| if i == j { stay } else { 0.0 }));
+            column.extend((0..all_dials.len()).map(|j| if i == j { step_weight } else { 0.0 }));
             columns.push(column);
-            offsets.push((value - dial.value(from)) / step);
+            offsets.push((value - dial.value(last)) / step);
         }
         let rows = columns.first().map_or(0, Vec::len);
         let mut target = vec![0.0; rows];
@@ -130,8 +135,8 @@ impl CorrectionProblem {
             (target.iter_mut().zip(column)).for_each(|(t, c)| *t += offset * c);
         }
         let counts = integer_least_squares(&columns, &target);
-        let mut setups = wanted.to_vec();
-        for ((dial, flanks), count) in all.iter().zip(counts) {
+        let mut setups = exact.to_vec();
+        for ((dial, flanks), count) in all_dials.iter().zip(counts) {
             let value = dial.value(&self.flanks[flanks[0]].setup) + count * dial.step(steps);
             for f in flanks {
                 setups[*f] = dial.set(setups[*f], value);
@@ -140,9 +145,9 @@ impl CorrectionProblem {
         Ok(setups)
     }
 
-    /// Every dial with the flanks that it moves, each once.
+    /// Dials with the flanks they change, without duplicates.
     fn dials_of_flanks(&self, dials: &[Vec<Dial>]) -> Vec<(Dial, Vec<usize>)> {
-        let mut all: Vec<(Dial, Vec<usize>)> = Vec::new();
+        let mut all_dials: Vec<(Dial, Vec<usize>)> = Vec::new();
         for (f, dials) in dials.iter().enumerate() {
             for dial in dials {
                 let shows =
@@ -150,12 +155,12 @@ impl CorrectionProblem {
                 let Some(unknown) = self.unknowns.iter().find(shows) else {
                     continue;
                 };
-                let one = (*dial, unknown.flanks.clone());
-                if !all.contains(&one) {
-                    all.push(one);
+                let entry = (*dial, unknown.flanks.clone());
+                if !all_dials.contains(&entry) {
+                    all_dials.push(entry);
                 }
             }
         }
-        all
+        all_dials
     }
 }

@@ -1,6 +1,6 @@
 //! Deviations that depart from those around them: dirt on a flank, a wrong digit in a grid.
 
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::statistics::median;
 
 /// Nodes around a node.
@@ -16,7 +16,7 @@ pub fn outliers(shares: &[[f64; 2]], deviations: &[f64]) -> Vec<(usize, f64)> {
         let apart =
             |k: &usize| f64::hypot(shares[*k][0] - shares[at][0], shares[*k][1] - shares[at][1]);
         let mut around: Vec<usize> = (0..shares.len()).filter(|k| *k != at).collect();
-        sort_rising(&mut around, apart);
+        sort_ascending(&mut around, apart);
         around.truncate(NEIGHBOURS);
         let mut around: Vec<f64> = around.iter().map(|k| deviations[*k]).collect();
         deviations[at] - median(&mut around).unwrap_or(0.0)

@@ -13,7 +13,7 @@ use crate::gear::hand::Hand;
 use crate::gear::kernel::envelope::FlankPoint;
 use crate::gear::kernel::law::Law;
 use crate::numeric::Complex;
-use crate::numeric::sorting::rising_order;
+use crate::numeric::sorting::ascending_order;
 use crate::numeric::statistics::extremes;
 
 /// Phases over which a range is compared.
@@ -85,7 +85,7 @@ pub fn smooth<'a>(
 ) -> Vec<bool> {
     let room = points.map(|p| (p.second_order.undercut / angle_lever(p)).abs());
     let mut room = SMOOTH * room.fold(f64::INFINITY, f64::min);
-    let order = rising_order(errors.iter().map(RollError::waviness));
+    let order = ascending_order(errors.iter().map(RollError::waviness));
     let mut smooth = vec![false; errors.len()];
     for k in order {
         room -= errors[k].waviness();

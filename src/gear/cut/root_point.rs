@@ -79,7 +79,7 @@ impl RootPoint {
     }
 
     /// Depth of the slot that other settings add here, m; none where their tip plane does not pass.
-    pub fn deeper_by(&self, setup: &FlankSetup, hand: Hand) -> Option<f64> {
+    pub fn depth_change(&self, setup: &FlankSetup, hand: Hand) -> Option<f64> {
         Some(self.height - self.pass(setup, hand, 0.0)?.height)
     }
 }

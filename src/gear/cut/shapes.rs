@@ -42,7 +42,7 @@ const fn shape(name: &'static str, formula: &'static str, value: fn(f64, f64) ->
 
 /// Share of a shape that no settings take away.
 #[derive(Debug, Clone, Copy)]
-pub struct ShapeRest {
+pub struct ResidualShape {
     /// The shape.
     pub shape: Shape,
     /// Root mean square left over that of the shape, its mean turn taken off; none where the nodes show only a turn.
@@ -50,11 +50,11 @@ pub struct ShapeRest {
 }
 
 /// Shares of every shape that the first `kept` directions leave on the nodes of flanks.
-pub fn shape_rests(
+pub fn residual_shapes(
     flanks: &[MeasuredFlank],
     system: &NodeSensitivities,
     kept: usize,
-) -> Vec<ShapeRest> {
+) -> Vec<ResidualShape> {
     let rest = |shape: Shape| {
         let nodes = flanks.iter().flat_map(|flank| &flank.nodes);
         let values: Vec<f64> = nodes
@@ -63,7 +63,7 @@ pub fn shape_rests(
                 (shape.value)(2.0 * face - 1.0, 2.0 * height - 1.0)
             })
             .collect();
-        ShapeRest {
+        ResidualShape {
             share: system.residual_share(&values, kept),
             shape,
         }

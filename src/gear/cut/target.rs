@@ -1,6 +1,6 @@
-//! Wanted ease-off: the pinion's flank that has a wanted gap from the pinion conjugate to the gear.
+//! Ease-off target: pinion flank with a required gap to the flank conjugate to the gear.
 //!
-//! Nodes lie on the conjugate flank, so that a wanted gap is a wanted deviation of the pinion: synthesis is a correction.
+//! The nodes are on the conjugate flank, so that the gap is a deviation of the pinion and synthesis is a correction.
 
 use std::f64::consts::PI;
 
@@ -14,42 +14,42 @@ use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::pose::{Direction, Pose};
 use crate::gear::kernel::vector::Vector;
 
-/// A wanted ease-off, `F` and `H` from −1 to 1 over face and height of the pinion, counted from the place of the pattern.
+/// Ease-off target over the pinion: `F` and `H` are twice the shares of face and height from the centre of the contact pattern.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EaseOffTarget {
-    /// Shares of face and height of the pinion's flank at which the gap is zero: the middle of the pattern.
+    /// Shares (0 to 1) of face and height of the pinion flank with zero gap: centre of the contact pattern.
     pub place: [f64; 2],
-    /// Gap of F², m.
+    /// Coefficient of F² in the gap, m.
     pub lengthwise_crowning: f64,
-    /// Gap of H², m.
+    /// Coefficient of H² in the gap, m.
     pub profile_crowning: f64,
-    /// Gap of F H, m: bias.
+    /// Coefficient of F H in the gap (bias), m.
     pub twist: f64,
-    /// Transmission error of the gear half a pitch from the place of the pattern, below zero where the gear lags, rad: its parabola is a gap
-    /// that is constant along each line of contact of the conjugate flank.
+    /// Transmission error of the gear half a pitch from the centre of the pattern, negative if the gear lags, rad. The gap of this parabola
+    /// is constant along each contact line of the conjugate flank.
     pub te_parabola: f64,
 }
 
-/// Nodes along the height and along the face.
+/// Number of nodes along the height and along the face.
 pub const TARGET_GRID: [usize; 2] = [5, 9];
-/// First and last share of the height, above the fillet, and of the face.
+/// First and last share of the height (above the fillet) and of the face.
 const SHARES: [[f64; 2]; 2] = [[0.12, 0.98], [0.02, 0.98]];
 
 impl EaseOffTarget {
-    /// The pinion of a pair with the deviations that bring it from its conjugate flank to the wanted gap, the depth of its slot free; none
-    /// where the conjugate flank of the gear does not reach the pinion's.
+    /// Pinion flank of a pair with the negative gap as deviations from the conjugate flank, with free slot depth; `None` if the
+    /// flank conjugate to the gear does not reach the pinion.
     pub fn on(&self, pair: &FlankPair, setup: FlankSetup, hand: Hand) -> Option<MeasuredFlank> {
         let pinion = &pair.flanks[0];
         let middle = pinion.middle()?;
-        let (conjugate, near) = conjugate(pair, middle)?;
+        let (conjugate, start) = conjugate(pair, middle)?;
         let side = pinion
             .envelope
             .point(middle)?
             .second_order
             .undercut
             .signum();
-        let at_place =
-            conjugate.on_circle(pinion.section.at(self.place[0], self.place[1]), near)?;
+        let centre =
+            conjugate.intersect_circle(pinion.section.at(self.place[0], self.place[1]), start)?;
         let (mut nodes, mut deviations) = (Vec::new(), Vec::new());
         let [rows, columns] = TARGET_GRID;
         for column in 0..columns {
@@ -61,23 +61,26 @@ impl EaseOffTarget {
                     share(SHARES[1], column, columns),
                     share(SHARES[0], row, rows),
                 ];
-                let place = pinion.section.at(shares[0], shares[1]);
-                let Some(at) = conjugate.on_circle(place, near) else {
+                let z_rho = pinion.section.at(shares[0], shares[1]);
+                let Some(parameters) = conjugate.intersect_circle(z_rho, start) else {
                     continue;
                 };
-                let FlankPoint { point, normal, .. } = conjugate.point(at)?;
+                let FlankPoint { point, normal, .. } = conjugate.point(parameters)?;
                 let gap = self.gap(
                     pair,
                     shares,
-                    at[2] - at_place[2],
+                    parameters[2] - centre[2],
                     &point.coordinates,
                     normal.components,
                 );
                 nodes.push(FlankNode {
                     point,
-                    // Out of the gear's metal is into the pinion's.
+                    // The outward normal of the gear points into the pinion.
                     normal: Direction::new(-normal.components),
-                    at: pinion.envelope.on_circle(place, middle).unwrap_or(middle),
+                    at: pinion
+                        .envelope
+                        .intersect_circle(z_rho, middle)
+                        .unwrap_or(middle),
                     shares,
                     side,
                 });
@@ -94,47 +97,47 @@ impl EaseOffTarget {
         })
     }
 
-    /// Wanted gap at shares of face and height, where the conjugate flank touches at an angle of the pinion from the place of the pattern.
+    /// Gap at shares of face and height, m; `angle` is the pinion angle of contact relative to that of the pattern centre, rad.
     fn gap(&self, pair: &FlankPair, shares: [f64; 2], angle: f64, r: &Vector, n: Vector) -> f64 {
         let [f, h] = [0, 1].map(|k| 2.0 * (shares[k] - self.place[k]));
         let surface =
             self.lengthwise_crowning * f * f + self.twist * f * h + self.profile_crowning * h * h;
-        let share = angle / (0.5 * pair.pitch());
-        let lag = -self.te_parabola * share * share / pair.ratio().abs();
+        let half_pitches = angle / (0.5 * pair.pitch());
+        let lag = -self.te_parabola * half_pitches * half_pitches / pair.ratio().abs();
         surface + lag * n.dot(Vector::Z.cross(*r)).abs()
     }
 }
 
-/// Half the range of the pinion's angle in which the gear's middle is sought in mesh, rad.
+/// Half the range of pinion angles searched for contact at the middle of the gear flank, rad.
 const SEARCH: f64 = PI;
-/// Cosine between the normals of the pinion and of the flank conjugate to its gear at least.
-const LEAST_COSINE: f64 = 0.7;
+/// Minimum cosine between the normals of the pinion flank and the conjugate flank.
+const MIN_COSINE: f64 = 0.7;
 
 type Conjugate<'a> = Envelope<&'a FlankEnvelope, WorkFrame>;
 
-/// The flank conjugate to the gear, turned onto the pinion's at the middle of its section, with its parameters there.
+/// Flank conjugate to the gear, rotated onto the pinion flank at the middle of the section, with its parameters at that point.
 fn conjugate(pair: &FlankPair, middle: [f64; 3]) -> Option<(Conjugate<'_>, [f64; 3])> {
     let pinion = &pair.flanks[0];
-    let place = pinion.section.at(0.5, 0.5);
-    let own = pinion.envelope.point(middle)?;
-    let [first, theta] = pair.flanks[1].envelope.own(pair.flanks[1].middle()?);
-    let free = pair.conjugate_from(0.0, [-SEARCH, SEARCH]);
-    let starts = free.motion_parameters([first, theta]).into_iter();
+    let z_rho = pinion.section.at(0.5, 0.5);
+    let pinion_point = pinion.envelope.point(middle)?;
+    let [first, theta] = pair.flanks[1].envelope.parameters(pair.flanks[1].middle()?);
+    let conjugate = pair.conjugate_from(0.0, [-SEARCH, SEARCH]);
+    let starts = conjugate.motion_parameters([first, theta]).into_iter();
     let azimuth = |r: Vector| r.y.atan2(r.x);
     starts
         .filter_map(|angle| {
-            let at = free.on_circle(place, [first, theta, angle])?;
-            let point = free.point(at)?;
-            let turn = azimuth(own.point.coordinates) - azimuth(point.point.coordinates);
+            let parameters = conjugate.intersect_circle(z_rho, [first, theta, angle])?;
+            let point = conjugate.point(parameters)?;
+            let turn = azimuth(pinion_point.point.coordinates) - azimuth(point.point.coordinates);
             let pose = Pose::<WorkFrame, WorkFrame>::turned(Vector::Z, turn);
             let turned = pose * point.normal;
-            let cosine = -turned.components.dot(own.normal.components);
+            let cosine = -turned.components.dot(pinion_point.normal.components);
             let envelope = Envelope {
-                motion: free.motion.clone().then(pose),
-                ..free.clone()
+                motion: conjugate.motion.clone().then(pose),
+                ..conjugate.clone()
             };
-            (cosine > LEAST_COSINE).then_some((cosine, (envelope, at)))
+            (cosine > MIN_COSINE).then_some((cosine, (envelope, parameters)))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, found)| found)
+        .map(|(_, flank)| flank)
 }

@@ -30,8 +30,8 @@ pub struct BacklashLimits {
 }
 
 impl Pair {
-    /// Backlash at a centre distance, with deviations of the normal thicknesses at the reference cylinders; `None` where the base circles
-    /// do not reach each other.
+    /// Backlash at a centre distance, with deviations of the normal thicknesses at the reference cylinders; `None` where the base
+    /// circles do not touch.
     pub fn backlash(&self, centre_distance: f64, deviations: [f64; 2]) -> Option<Backlash> {
         let geometry = self.path_geometry();
         let angle = (self.centre_distance * geometry.angle.cos() / centre_distance).acos();

@@ -86,14 +86,14 @@ impl BasicRack {
         ];
         for (key, length) in lengths {
             if !(length >= 0.0 && length.is_finite()) {
-                let message = format!("{key} is {length} modules; it is 0 or more");
-                return Err(Error::new(Code::OutOfRange, message).about(key));
+                let message = format!("{key} is {length} modules; it must not be negative");
+                return Err(Error::new(Code::OutOfRange, message).with_key(key));
             }
         }
         let full = self.full_tip_radius(pressure_angle);
         if !(full >= 0.0) {
             let message = format!(
-                "the flanks of the tool meet before its dedendum of {} modules",
+                "the flanks of the tool intersect before its dedendum of {} modules",
                 self.dedendum
             );
             let deepest = Bound::AtMost(FRAC_PI_4 / pressure_angle.tan()).text(4);
@@ -103,7 +103,7 @@ impl BasicRack {
                 ""
             };
             let hint = format!("give rack = {{ dedendum = {deepest}, tip_radius = 0.0{plain} }}");
-            let error = Error::new(Code::OutOfRange, message).about("rack.dedendum");
+            let error = Error::new(Code::OutOfRange, message).with_key("rack.dedendum");
             return Err(error.with_hint(hint));
         }
         // Rounding of the full radius itself must not refuse it.
@@ -114,7 +114,7 @@ impl BasicRack {
             );
             let most = Bound::AtMost(full).text(4);
             let hint = format!("give rack = {{ tip_radius = {most} }} or less");
-            let error = Error::new(Code::OutOfRange, message).about("rack.tip_radius");
+            let error = Error::new(Code::OutOfRange, message).with_key("rack.tip_radius");
             return Err(error.with_hint(hint));
         }
         if self.protuberance > self.tip_radius {
@@ -123,7 +123,7 @@ impl BasicRack {
                 self.protuberance, self.tip_radius
             );
             let hint = format!("give at most {}", self.tip_radius);
-            let error = Error::new(Code::OutOfRange, message).about("rack.protuberance");
+            let error = Error::new(Code::OutOfRange, message).with_key("rack.protuberance");
             return Err(error.with_hint(hint));
         }
         Ok(())

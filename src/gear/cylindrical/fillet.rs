@@ -117,7 +117,7 @@ impl ShaperTip {
                 None => "no shaper cuts them: give a profile shift nearer to 0 or another dedendum"
                     .into(),
             };
-            let error = Error::new(Code::OutOfRange, message).about("shaper_teeth");
+            let error = Error::new(Code::OutOfRange, message).with_key("shaper_teeth");
             error.with_hint(hint)
         })
     }
@@ -152,7 +152,7 @@ impl ShaperTip {
         let half = std::f64::consts::FRAC_PI_2 / f64::from(teeth) + reference_involute;
         let aside = |radius: f64| half - radius / own_base - inv((roll(radius) / own_base).atan());
         if !(aside(0.0) >= 0.0) {
-            return Err("its flanks meet below its tip");
+            return Err("its flanks intersect below its tip");
         }
         // No larger than a full rounding.
         let wanted = (gear.module * member.rack.tip_radius).min(tip - own_base);

@@ -1,14 +1,14 @@
 //! Involute cylindrical gears: `r_b = r cos α_t`, `s_n = m (π/2 + 2x tan α_n)`, `inv α = tan α − α`.
 //!
-//! Of an internal gear the space is the tooth of an external gear as thick as the space is wide, `e_n = π m − s_n`: what is measured in
-//! spaces goes by its formulas. A positive profile shift makes the tooth of either thicker (ISO 21771; books that count it outward have
-//! the other sign for internal gears). Tooth numbers are positive for both.
+//! The space of an internal gear equals the tooth of an external gear of thickness `e_n = π m − s_n`, whose formulas apply to measurements
+//! in spaces. A positive profile shift makes external and internal teeth thicker (ISO 21771; books that count it outward have the opposite
+//! sign for internal gears). Tooth numbers are positive for both.
 //!
-//! Lengths in m, angles in rad; module and profile shift in the normal section, as ISO 21771 has them.
+//! Lengths in m, angles in rad; module and profile shift in the normal section, as in ISO 21771.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// An involute cylindrical gear.
+/// Involute cylindrical gear, external or internal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvoluteGear {
     /// Number of teeth, positive for internal gears too.
@@ -17,18 +17,18 @@ pub struct InvoluteGear {
     pub module: f64,
     /// Normal pressure angle, rad.
     pub pressure_angle: f64,
-    /// Helix angle at the reference cylinder, rad, its sign without meaning here.
+    /// Helix angle at the reference cylinder, rad; its sign has no effect.
     pub helix: f64,
-    /// Profile shift coefficient, positive where it makes the tooth thicker.
+    /// Profile shift coefficient, positive for a thicker tooth.
     pub profile_shift: f64,
-    /// Teeth point inward.
+    /// True for an internal gear.
     pub internal: bool,
 }
 
-/// Below this, angles and tangents go by their power series, whose first term left out is then below 1e-16 of the sum.
+/// Upper limit of angles and tangents for the power series, whose first omitted term is then below 1e-16 of the sum.
 const SMALL: f64 = 0.05;
 
-/// `tan α − α`.
+/// Involute function `inv α = tan α − α`.
 pub fn inv(angle: f64) -> f64 {
     if angle.abs() >= SMALL {
         return angle.tan() - angle;
@@ -58,7 +58,7 @@ fn t_minus_atan(t: f64) -> f64 {
             .fold(0.0, |sum, n: f64| sum * x + n.recip())
 }
 
-/// The angle in [0, π/2) whose involute is `value`; NaN below 0.
+/// Inverse involute function, an angle in [0, π/2), rad; NaN for a negative or infinite value.
 pub fn angle_from_inv(value: f64) -> f64 {
     if !(value >= 0.0 && value.is_finite()) {
         return f64::NAN;
@@ -66,7 +66,7 @@ pub fn angle_from_inv(value: f64) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
-    // With t = tan α: t − atan t = value is convex and rises, so from above Newton falls to the root.
+    // With t = tan α, t − atan t is convex and increasing: Newton's method converges monotonically from above.
     let mut t = (3.0 * value).cbrt() + value;
     for _ in 0..60 {
         let step = (t_minus_atan(t) - value) * (1.0 + t * t) / (t * t);
@@ -89,7 +89,7 @@ impl InvoluteGear {
         f64::from(self.teeth) * self.module / self.helix.cos()
     }
 
-    /// Lead of the flanks `p_z = π z m_n / sin β` (ISO 21771-1:2024); none of straight teeth.
+    /// Lead of the flanks `p_z = π z m_n / sin β` (ISO 21771-1:2024); `None` for spur gears.
     pub fn lead(&self) -> Option<f64> {
         let sine = self.helix.sin().abs();
         (sine > 0.0).then(|| PI * f64::from(self.teeth) * self.module / sine)
@@ -100,7 +100,7 @@ impl InvoluteGear {
         self.reference_diameter() * self.transverse_pressure_angle().cos()
     }
 
-    /// Transverse base pitch p_bt, the distance of neighbouring flanks along the line of action.
+    /// Transverse base pitch p_bt, the distance of adjacent flanks along the line of action.
     pub fn base_pitch(&self) -> f64 {
         PI * self.base_diameter() / f64::from(self.teeth)
     }
@@ -131,8 +131,8 @@ impl InvoluteGear {
         let involute =
             inv(self.transverse_pressure_angle()) - inv(self.pressure_angle_at(diameter));
         let involute = if self.internal { -involute } else { involute };
-        let whole = f64::from(self.teeth) * self.module;
-        diameter * (thickness / whole + involute)
+        let zm = f64::from(self.teeth) * self.module;
+        diameter * (thickness / zm + involute)
     }
 
     /// Length of roll, along the line of action from the base circle, at a diameter; NaN inside the base circle.
@@ -140,12 +140,12 @@ impl InvoluteGear {
         0.5 * ((diameter - self.base_diameter()) * (diameter + self.base_diameter())).sqrt()
     }
 
-    /// Width of the space where the tooth has a thickness, both normal at the reference cylinder.
+    /// Normal space width at the reference cylinder for a normal tooth thickness.
     fn space_width(&self, thickness: f64) -> f64 {
         PI * self.module - thickness
     }
 
-    /// The external gear whose tooth fills a space of this internal one.
+    /// External gear whose tooth equals a space of this internal gear.
     fn space_as_gear(&self) -> InvoluteGear {
         InvoluteGear {
             internal: false,
@@ -154,7 +154,7 @@ impl InvoluteGear {
         }
     }
 
-    /// Span W over `k` teeth, of an internal gear over `k` spaces, for a normal thickness at the reference cylinder.
+    /// Span W over `k` teeth (internal gears: `k` spaces) for a normal thickness at the reference cylinder.
     pub fn span(&self, k: u32, thickness: f64) -> f64 {
         if self.internal {
             return self.space_as_gear().span(k, self.space_width(thickness));
@@ -164,7 +164,7 @@ impl InvoluteGear {
         (pitches + base + thickness) * self.pressure_angle.cos()
     }
 
-    /// The number of teeth, of an internal gear spaces, to span so that the anvils touch near the middle of the flanks.
+    /// Number of teeth (internal gears: spaces) to span so that the anvils touch near the middle of the flanks.
     pub fn default_span_teeth(&self) -> u32 {
         if self.internal {
             return self.space_as_gear().default_span_teeth();
@@ -181,37 +181,37 @@ impl InvoluteGear {
         k.round().clamp(1.0, z) as u32
     }
 
-    /// Diameter d_K of the circle on which the centres of balls of a diameter lie that touch both flanks of a space, for a normal
-    /// thickness; NaN where the ball falls through.
+    /// Diameter d_K of the circle through the centres of balls of the diameter `ball` that touch both flanks of a space, for a normal
+    /// thickness; NaN if the ball is too small.
     pub fn ball_centre_diameter(&self, ball: f64, thickness: f64) -> f64 {
-        let whole = f64::from(self.teeth) * self.module;
-        let wide = ball / self.pressure_angle.cos() - self.space_width(thickness);
-        // The ball touches flanks that bulge toward it, or inside ones that are hollow.
-        let beyond = if self.internal { -wide } else { wide };
-        let involute = inv(self.transverse_pressure_angle()) + beyond / whole;
+        let zm = f64::from(self.teeth) * self.module;
+        let excess = ball / self.pressure_angle.cos() - self.space_width(thickness);
+        // The ball touches convex flanks, or concave ones of an internal gear.
+        let arc = if self.internal { -excess } else { excess };
+        let involute = inv(self.transverse_pressure_angle()) + arc / zm;
         self.base_diameter() / angle_from_inv(involute).cos()
     }
 
-    /// Contribution of the ball itself to a dimension over it; negative between balls.
+    /// Contribution of the ball diameter to a dimension over balls; negative for a dimension between balls.
     fn ball_reach(&self, ball: f64) -> f64 {
         if self.internal { -ball } else { ball }
     }
 
-    /// Dimension M_dK over two balls (pins where the helix is zero) of a diameter, of an internal gear between them, for a normal
-    /// thickness; NaN where the ball falls through.
+    /// Dimension M_dK over two balls (pins for spur gears), between them for internal gears, for a normal thickness; NaN if the ball
+    /// is too small.
     pub fn dimension_over_balls(&self, ball: f64, thickness: f64) -> f64 {
         let centres = self.ball_centre_diameter(ball, thickness);
         centres * self.odd_tooth_factor() + self.ball_reach(ball)
     }
 
-    /// Dimension M_rK from the axis over one ball, of an internal gear to its inner side.
+    /// Radial dimension M_rK over one ball; to the inner side of the ball for internal gears.
     pub fn radial_dimension_over_ball(&self, ball: f64, thickness: f64) -> f64 {
         0.5 * (self.ball_centre_diameter(ball, thickness) + self.ball_reach(ball))
     }
 
-    /// Dimension M_dR over two pins of a diameter for a normal thickness: as over balls for spur gears. Along the helix the pins of a
-    /// helical gear find places straight across from each other with odd tooth numbers too (ISO 21771-2:2025); none of internal helical
-    /// gears, whose hollow spaces pins do not fit.
+    /// Dimension M_dR over two pins for a normal thickness, equal to that over balls for spur gears. Pins along the helix of a helical gear
+    /// are diametrically opposite with odd tooth numbers too (ISO 21771-2:2025); `None` for internal helical gears, in whose concave spaces
+    /// pins do not fit.
     pub fn dimension_over_pins(&self, pin: f64, thickness: f64) -> Option<f64> {
         match (self.helix == 0.0, self.internal) {
             (true, _) => Some(self.dimension_over_balls(pin, thickness)),
@@ -220,21 +220,21 @@ impl InvoluteGear {
         }
     }
 
-    /// Diameter of the ball that touches the flanks of the nominal tooth at the diameter `d + 2 x m_n`, near the middle of their height;
-    /// NaN where that lies inside the base circle.
+    /// Diameter of the ball that touches the flanks of the nominal tooth at the diameter `d + 2 x m_n`, near mid-height; NaN if this
+    /// diameter is inside the base circle.
     pub fn default_ball_diameter(&self) -> f64 {
         let outward = if self.internal { -1.0 } else { 1.0 };
         let middle = self.reference_diameter() + 2.0 * outward * self.profile_shift * self.module;
         let angle = self.pressure_angle_at(middle);
-        let whole = f64::from(self.teeth) * self.module;
-        let space = self.space_width(self.nominal_thickness()) / whole;
-        // Half the space at the base circle: the ball's centre has rolled to the angle α_K = tan α + η_b, inside tan α − η_b.
-        let half = space - outward * inv(self.transverse_pressure_angle());
-        let centre = angle.tan() + outward * half;
-        outward * whole * self.pressure_angle.cos() * (centre.tan() - angle.tan())
+        let zm = f64::from(self.teeth) * self.module;
+        let space = self.space_width(self.nominal_thickness()) / zm;
+        // Half space angle η_b at the base circle: α_K = tan α + η_b at the ball centre, tan α − η_b for internal gears.
+        let half_space = space - outward * inv(self.transverse_pressure_angle());
+        let centre = angle.tan() + outward * half_space;
+        outward * zm * self.pressure_angle.cos() * (centre.tan() - angle.tan())
     }
 
-    /// Two spaces lie across from each other, of an odd number of teeth not quite.
+    /// Factor on the centre circle for two spaces that are not diametrically opposite: `cos(π/2z)` for odd tooth numbers.
     fn odd_tooth_factor(&self) -> f64 {
         match self.teeth.is_multiple_of(2) {
             true => 1.0,
@@ -242,32 +242,32 @@ impl InvoluteGear {
         }
     }
 
-    /// The normal thickness at which the dimension over two balls (between them) is `over`; NaN where the balls would lie inside the base
+    /// Normal thickness for a dimension over two balls (internal gears: between balls); NaN if the balls would be inside the base
     /// circle.
-    pub fn thickness_from_balls(&self, ball: f64, over: f64) -> f64 {
+    pub fn thickness_from_balls(&self, ball: f64, dimension: f64) -> f64 {
         let (sense, centres) = match self.internal {
-            false => (1.0, over - ball),
-            true => (-1.0, over + ball),
+            false => (1.0, dimension - ball),
+            true => (-1.0, dimension + ball),
         };
         let involute = inv((self.base_diameter() * self.odd_tooth_factor() / centres).acos());
-        let beyond = (involute - inv(self.transverse_pressure_angle()))
+        let arc = (involute - inv(self.transverse_pressure_angle()))
             * f64::from(self.teeth)
             * self.module;
-        sense * beyond - ball / self.pressure_angle.cos() + PI * self.module
+        sense * arc - ball / self.pressure_angle.cos() + PI * self.module
     }
 
-    /// Radial distance of the teeth from the reference cylinder to a tip cylinder.
+    /// Addendum: radial distance from the reference cylinder to a tip cylinder.
     fn addendum(&self, tip_diameter: f64) -> f64 {
         let outward = 0.5 * (tip_diameter - self.reference_diameter());
         if self.internal { -outward } else { outward }
     }
 
-    /// Chordal thickness at the reference cylinder, and its height below a tip cylinder: on the equivalent gear of z/cos³β teeth.
+    /// Chordal thickness at the reference cylinder and its height below a tip cylinder, on the virtual gear of z/cos³β teeth.
     pub fn chordal_thickness(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
         let virtual_diameter = f64::from(self.teeth) * self.module / self.helix.cos().powi(3);
         let half = thickness / virtual_diameter;
         let rise = 0.5 * virtual_diameter * (1.0 - half.cos());
-        // The chord lies inside its arc: on an internal gear nearer to the tip.
+        // The chord is inside its arc, on an internal gear nearer to the tip.
         let rise = if self.internal { -rise } else { rise };
         (
             virtual_diameter * half.sin(),
@@ -275,7 +275,7 @@ impl InvoluteGear {
         )
     }
 
-    /// Constant chord, where the basic rack touches, and its height below a tip cylinder: independent of the number of teeth.
+    /// Constant chord at the contact with the basic rack and its height below a tip cylinder, independent of the number of teeth.
     pub fn constant_chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
         let (sine, cosine) = self.pressure_angle.sin_cos();
         let chord = thickness * cosine * cosine;

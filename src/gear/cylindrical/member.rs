@@ -114,9 +114,9 @@ impl Member {
     pub fn check(&self) -> Result<(), Error> {
         let gear = &self.gear;
         let out_of_range =
-            |key: &str, message: String| Err(Error::new(Code::OutOfRange, message).about(key));
+            |key: &str, message: String| Err(Error::new(Code::OutOfRange, message).with_key(key));
         if gear.teeth < 2 {
-            let message = format!("{} teeth; a gear has 2 or more", gear.teeth);
+            let message = format!("{} teeth (limit 2)", gear.teeth);
             return out_of_range("teeth", message);
         }
         let in_range = [
@@ -134,26 +134,26 @@ impl Member {
             if !(value > least && value <= most) {
                 let name = key.replace('_', " ");
                 let message = format!(
-                    "{name} is {value} {unit}; it lies above {least} and up to {most} {unit}"
+                    "{name} is {value} {unit}; it must be above {least} and at most {most} {unit}"
                 );
-                let error = Error::new(Code::OutOfRange, message).about(key);
+                let error = Error::new(Code::OutOfRange, message).with_key(key);
                 return Err(error.with_hint("check the value and its unit"));
             }
         }
         let helix = gear.helix.to_degrees();
         if !(helix.abs() <= 80.0) {
-            let message = format!("helix angle is {helix} deg; it lies within ±80 deg");
+            let message = format!("helix angle is {helix} deg (limits ±80 deg)");
             return out_of_range("helix_angle", message);
         }
         if !(gear.profile_shift.abs() <= 10.0) {
             let shift = gear.profile_shift;
-            let message = format!("profile shift coefficient is {shift}; it lies within ±10");
+            let message = format!("profile shift coefficient is {shift} (limits ±10)");
             return out_of_range("profile_shift", message);
         }
         let [lower, upper] = self.thickness_deviation;
         if !(lower <= upper && lower.is_finite() && upper.is_finite()) {
             let message = format!(
-                "thickness deviations are {} and {} µm; the lower one comes first",
+                "thickness deviations are {} and {} µm; give the lower one first",
                 format_number(1e6 * lower),
                 format_number(1e6 * upper)
             );
@@ -171,7 +171,7 @@ impl Member {
             } else {
                 "profile_shift"
             };
-            let error = Error::new(Code::OutOfRange, message).about(key);
+            let error = Error::new(Code::OutOfRange, message).with_key(key);
             return Err(error
                 .with_hint("give a thickness deviation nearer to 0, or a larger profile shift"));
         }
@@ -181,7 +181,7 @@ impl Member {
             let tip = format_number(1e3 * tip);
             return out_of_range(
                 "tip_diameter",
-                format!("tip diameter is {tip} mm; it is positive"),
+                format!("tip diameter is {tip} mm; it must be positive"),
             );
         }
         self.rack.check(gear.pressure_angle)

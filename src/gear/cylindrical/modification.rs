@@ -110,10 +110,8 @@ impl FlankModification {
             if !(amount.abs() <= LARGEST_AMOUNT * module) {
                 let (name, most) = (key.replace('_', " "), LARGEST_AMOUNT * module);
                 let [amount, most] = [amount, most].map(|x| format_number(1e6 * x));
-                let message = format!(
-                    "{name} of {amount} µm is more than a tenth of the module: no flank is modified so"
-                );
-                let error = Error::new(Code::OutOfRange, message).about(key);
+                let message = format!("{name} of {amount} µm exceeds a tenth of the module");
+                let error = Error::new(Code::OutOfRange, message).with_key(key);
                 return Err(error.with_hint(format!("give at most {most} µm")));
             }
         }
@@ -132,7 +130,7 @@ impl FlankModification {
                     "{name} of {amount:.3} µm begins at a length of roll of {from:.4} mm; the flank reaches from {root:.4} to {tip:.4} mm"
                 );
                 return Err(Error::new(Code::OutOfRange, message)
-                    .about(key)
+                    .with_key(key)
                     .with_hint("give a length of roll on the flank"));
             }
         }
@@ -141,11 +139,11 @@ impl FlankModification {
         {
             let [at_tip, at_root] = [at_tip.from, at_root.from].map(|x| format_number(1e3 * x));
             let message = format!(
-                "root relief begins at a length of roll of {at_root} mm, on the tip's side of where tip relief begins ({at_tip} mm)"
+                "root relief begins at a length of roll of {at_root} mm, beyond the start of tip relief ({at_tip} mm)"
             );
             return Err(Error::new(Code::OutOfRange, message)
-                .about("root_relief_from")
-                .with_hint("let both begin at one place, or root relief nearer to the root"));
+                .with_key("root_relief_from")
+                .with_hint("start both at the same place, or root relief nearer to the root"));
         }
         Ok(())
     }

@@ -34,7 +34,7 @@ impl Pair {
     /// `OutOfRange`, `Conflict`: gears that cannot mesh, or a centre distance at which they do not reach each other.
     pub fn new(members: [Member; 2], centre_distance: Option<f64>) -> Result<Pair, Error> {
         for (member, name) in members.iter().zip(MEMBERS) {
-            member.check().map_err(|error| error.in_part(name))?;
+            member.check().map_err(|error| error.with_part(name))?;
         }
         check_mates(&members)?;
         let involute = working_involute(&members);
@@ -55,7 +55,7 @@ impl Pair {
                     ),
                     false => "give a larger centre_distance and profile shifts that fit it".into(),
                 };
-                let error = Error::new(Code::OutOfRange, message).about("centre_distance");
+                let error = Error::new(Code::OutOfRange, message).with_key("centre_distance");
                 return Err(error.with_hint(hint));
             }
             None if without_backlash > 0.0 => base / without_backlash.cos(),
@@ -70,7 +70,7 @@ impl Pair {
                     "give centre_distance, or profile shifts with a sum of at {side} {}",
                     bound.text(4)
                 );
-                let error = Error::new(Code::OutOfRange, message).about("gear.profile_shift");
+                let error = Error::new(Code::OutOfRange, message).with_key("gear.profile_shift");
                 return Err(error.with_hint(hint));
             }
         };
@@ -83,7 +83,7 @@ impl Pair {
             member.tip_diameter = Some(tip);
         }
         let outline =
-            |i: usize| ToothOutline::new(&members[i]).map_err(|error| error.in_part(MEMBERS[i]));
+            |i: usize| ToothOutline::new(&members[i]).map_err(|error| error.with_part(MEMBERS[i]));
         Ok(Pair {
             outlines: [outline(0)?, outline(1)?],
             members,
@@ -136,7 +136,7 @@ fn check_mates(members: &[Member; 2]) -> Result<(), Error> {
     let conflict = |message: String| Err(Error::new(Code::Conflict, message));
     if first.internal {
         let message = "the first gear is internal; an internal gear is the second";
-        let error = Error::new(Code::Conflict, message).about("pinion.internal");
+        let error = Error::new(Code::Conflict, message).with_key("pinion.internal");
         return Err(error.with_hint("exchange the tables `pinion` and `gear`"));
     }
     let shared = [
@@ -168,8 +168,8 @@ fn check_mates(members: &[Member; 2]) -> Result<(), Error> {
     }
     if second.internal && second.teeth <= first.teeth {
         let (ring, pinion) = (second.teeth, first.teeth);
-        let message = format!("an internal gear of {ring} teeth cannot hold a pinion of {pinion}");
-        let error = Error::new(Code::Conflict, message).about("gear.teeth");
+        let message = format!("internal gear of {ring} teeth cannot contain a pinion of {pinion}");
+        let error = Error::new(Code::Conflict, message).with_key("gear.teeth");
         return Err(error.with_hint(format!(
             "give more than {pinion} teeth, or fewer to the pinion"
         )));
@@ -206,7 +206,7 @@ fn clearance_keeping_alteration(members: &[Member; 2], centre_distance: f64) -> 
     sense * (centre_distance - reference) / members[0].gear.module - shifts
 }
 
-/// Sum x₁ + x₂ of the profile shifts that leaves no backlash at a centre distance; NaN where the base circles do not reach each other.
+/// Sum x₁ + x₂ of the profile shifts that leaves no backlash at a centre distance; NaN where the base circles do not touch.
 pub fn profile_shift_sum(members: &[Member; 2], centre_distance: f64) -> f64 {
     shift_sum_at(
         members,

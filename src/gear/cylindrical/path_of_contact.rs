@@ -1,24 +1,24 @@
-//! Path of contact of two involute gears on parallel axes, sliding and the loss factor H_v.
+//! Path of contact of two involute gears on parallel axes, and the tooth loss factor H_v.
 //!
-//! At a distance s from the pitch point teeth slide at `v = (ω₁ ± ω₂) s`. Pairs that touch at once share the load evenly; then the mean
-//! loss is `μ H_v` of the power, `H_v = π (1/z₁ ± 1/z₂)/cos β_b · (1 − ε + ε₁² + ε₂²)` for 1 ≤ ε ≤ 2 (Ohlendorf 1958; Niemann and
+//! The sliding velocity at a distance s from the pitch point is `v = (ω₁ ± ω₂) s`. Pairs in contact share the load evenly; the mean power
+//! loss is then `μ H_v` of the power, `H_v = π (1/z₁ ± 1/z₂)/cos β_b · (1 − ε + ε₁² + ε₂²)` for 1 ≤ ε ≤ 2 (Ohlendorf 1958; Niemann and
 //! Winter, Maschinenelemente II).
 
-/// Edges of pieces that are nearer than this are one, as a share of the mesh cycle: rounding of geometry.
-const ONE_EDGE: f64 = 1e-12;
+/// Tolerance for equal segment boundaries, share of the mesh cycle: rounding of the geometry.
+const SAME_BOUNDARY: f64 = 1e-12;
 
-/// A path of contact, in shares of the transverse base pitch from the pitch point.
+/// Path of contact from the pitch point, relative to the transverse base pitch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
     /// Transverse base pitch, m.
     pub pitch: f64,
-    /// From the start of contact to the pitch point, where the first gear drives.
+    /// Length of approach ε₁, from the start of contact to the pitch point, with the first gear driving.
     pub approach: f64,
-    /// From the pitch point to the end of contact.
+    /// Length of recess ε₂, from the pitch point to the end of contact.
     pub recess: f64,
 }
 
-/// Two gears as the path needs them.
+/// Geometry of two gears that determines the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathGeometry {
     /// Radii of the base circles, m.
@@ -27,29 +27,29 @@ pub struct PathGeometry {
     pub tip: [f64; 2],
     /// Working transverse pressure angle, rad.
     pub angle: f64,
-    /// Teeth of the first gear.
+    /// Number of teeth of the first gear.
     pub teeth: u32,
-    /// The second gear is a ring.
+    /// True if the second gear is internal.
     pub internal: bool,
 }
 
-/// An interval of the mesh cycle over which the same pairs touch on the same sides of the pitch point.
+/// Interval of the mesh cycle with the same tooth pairs in contact on the same sides of the pitch point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshCycleSegment {
-    /// Start in the cycle, from 0 to 1.
+    /// Start in the mesh cycle, 0 to 1.
     pub from: f64,
-    /// On the drive flanks, on the coast flanks.
+    /// Load levers of the drive and the coast flanks.
     pub flanks: [LoadLever; 2],
 }
 
-/// Lever of the load from the pitch point on a piece.
+/// Lever of the load from the pitch point over a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadLever {
-    /// Mean distance of the load from the pitch point, without sign, where the piece begins, m.
+    /// Mean absolute distance of the load from the pitch point at the start of the segment, m.
     pub distance: f64,
-    /// Change over a whole cycle, m.
+    /// Change of the distance per mesh cycle, m.
     pub slope: f64,
-    /// Share of the load beyond the pitch point less the share before it, as the first gear has it.
+    /// Load share in recess minus load share in approach, with the first gear driving.
     pub balance: f64,
 }
 
@@ -59,7 +59,7 @@ impl PathGeometry {
         std::f64::consts::TAU * self.base[0] / f64::from(self.teeth)
     }
 
-    /// Lengths of roll of the pitch point on both gears, m.
+    /// Lengths of roll at the pitch point on both gears, m.
     pub fn pitch_point(&self) -> [f64; 2] {
         self.base.map(|base| base * self.angle.tan())
     }
@@ -69,8 +69,8 @@ impl PathGeometry {
         [0, 1].map(|i| ((self.tip[i] - self.base[i]) * (self.tip[i] + self.base[i])).sqrt())
     }
 
-    /// Lengths of the path before and beyond the pitch point, the first gear driving, m. No involute lies inside the base circle of the
-    /// first gear, nor of an external second one.
+    /// Lengths of approach and recess with the first gear driving, m. The path is limited by the base circles of the first gear and of an
+    /// external second gear.
     pub fn ends(&self) -> [f64; 2] {
         let ([c1, c2], [tip1, tip2]) = (self.pitch_point(), self.tip_roll());
         match self.internal {
@@ -81,7 +81,7 @@ impl PathGeometry {
 }
 
 impl PathOfContact {
-    /// The path; none where teeth do not overlap: a contact ratio below one.
+    /// Computes the path; `None` for a contact ratio below one.
     pub fn new(gears: &PathGeometry) -> Option<PathOfContact> {
         let pitch = gears.base_pitch();
         let [approach, recess] = gears.ends();
@@ -90,20 +90,20 @@ impl PathOfContact {
             approach: approach / pitch,
             recess: recess / pitch,
         };
-        let whole = path.approach >= 0.0 && path.recess >= 0.0 && path.contact_ratio() >= 1.0;
-        whole.then_some(path)
+        let is_valid = path.approach >= 0.0 && path.recess >= 0.0 && path.contact_ratio() >= 1.0;
+        is_valid.then_some(path)
     }
 
-    /// ε.
+    /// Transverse contact ratio ε.
     pub fn contact_ratio(&self) -> f64 {
         self.approach + self.recess
     }
 
-    /// The mesh cycle in pieces, by rising angle of the first gear. It begins where a pair of drive flanks comes into contact; coast
-    /// flanks pass the pitch point half a cycle later.
+    /// Segments of the mesh cycle in the order of the angle of the first gear. The cycle starts with the contact of a pair of drive flanks;
+    /// coast flanks pass the pitch point half a cycle later.
     pub fn segments(&self) -> Vec<MeshCycleSegment> {
         let coast = self.approach - 0.5;
-        let mut edges: Vec<f64> = [
+        let mut starts: Vec<f64> = [
             0.0,
             self.contact_ratio(),
             self.approach,
@@ -112,33 +112,33 @@ impl PathOfContact {
             coast,
         ]
         .iter()
-        .map(|edge| edge.rem_euclid(1.0))
-        .filter(|edge| *edge > ONE_EDGE && *edge < 1.0 - ONE_EDGE)
+        .map(|start| start.rem_euclid(1.0))
+        .filter(|start| *start > SAME_BOUNDARY && *start < 1.0 - SAME_BOUNDARY)
         .collect();
-        edges.push(0.0);
-        edges.sort_by(f64::total_cmp);
-        edges.dedup_by(|b, a| *b - *a < ONE_EDGE);
-        let ends = edges.iter().skip(1).copied().chain([1.0]);
-        let piece = |(from, to): (f64, f64)| MeshCycleSegment {
+        starts.push(0.0);
+        starts.sort_by(f64::total_cmp);
+        starts.dedup_by(|b, a| *b - *a < SAME_BOUNDARY);
+        let ends = starts.iter().skip(1).copied().chain([1.0]);
+        let segment = |(from, to): (f64, f64)| MeshCycleSegment {
             from,
             flanks: [false, true].map(|coast| self.load_lever(from, to, coast)),
         };
-        edges.iter().copied().zip(ends).map(piece).collect()
+        starts.iter().copied().zip(ends).map(segment).collect()
     }
 
-    /// The whole cycle by its means.
+    /// Single segment with the mean lever of the mesh cycle.
     pub fn mean_segment(&self) -> MeshCycleSegment {
-        let pieces = self.segments();
-        let ends = pieces.iter().skip(1).map(|p| p.from).chain([1.0]);
+        let segments = self.segments();
+        let ends = segments.iter().skip(1).map(|s| s.from).chain([1.0]);
         let mut mean = LoadLever {
             distance: 0.0,
             slope: 0.0,
             balance: 0.0,
         };
-        for (piece, to) in pieces.iter().zip(ends) {
-            let (width, reach) = (to - piece.from, &piece.flanks[0]);
-            mean.distance += width * (reach.distance + 0.5 * width * reach.slope);
-            mean.balance += width * reach.balance;
+        for (segment, to) in segments.iter().zip(ends) {
+            let (width, lever) = (to - segment.from, &segment.flanks[0]);
+            mean.distance += width * (lever.distance + 0.5 * width * lever.slope);
+            mean.balance += width * lever.balance;
         }
         MeshCycleSegment {
             from: 0.0,
@@ -146,8 +146,8 @@ impl PathOfContact {
         }
     }
 
-    /// H_v of a pair whose tooth force acts at the base helix angle β_b, `i = z₂/z₁` negative for a ring: the mean loss as a share of the
-    /// power is μ H_v.
+    /// Tooth loss factor H_v for the base radius of the first gear, m, the ratio `i = z₂/z₁` (negative for an internal gear) and the base
+    /// helix angle β_b, rad: the mean power loss is μ H_v of the power.
     pub fn loss_factor(&self, first_base: f64, ratio: f64, base_helix: f64) -> f64 {
         self.mean_segment().flanks[0].distance * (1.0 + 1.0 / ratio)
             / (first_base * base_helix.cos())
@@ -155,20 +155,20 @@ impl PathOfContact {
 
     fn load_lever(&self, from: f64, to: f64, coast: bool) -> LoadLever {
         let middle = 0.5 * (from + to);
-        let place = |psi: f64, pair: i32| {
+        let position = |psi: f64, pair: i32| {
             let drive = psi - self.approach;
             f64::from(pair) + if coast { -drive - 0.5 } else { drive }
         };
-        let most = self.contact_ratio().ceil() as i32 + 2;
-        let touching = (-most..=most).filter(|&pair| {
-            let x = place(middle, pair);
+        let max_pair = self.contact_ratio().ceil() as i32 + 2;
+        let pairs = (-max_pair..=max_pair).filter(|&pair| {
+            let x = position(middle, pair);
             -self.approach < x && x < self.recess
         });
-        let touching: Vec<i32> = touching.collect();
-        let share = 1.0 / touching.len().max(1) as f64;
-        let side = |pair: &i32| place(middle, *pair).signum();
-        let balance: f64 = share * touching.iter().map(side).sum::<f64>();
-        let distance: f64 = touching.iter().map(|p| side(p) * place(from, *p)).sum();
+        let pairs: Vec<i32> = pairs.collect();
+        let share = 1.0 / pairs.len().max(1) as f64;
+        let side = |pair: &i32| position(middle, *pair).signum();
+        let balance: f64 = share * pairs.iter().map(side).sum::<f64>();
+        let distance: f64 = pairs.iter().map(|p| side(p) * position(from, *p)).sum();
         LoadLever {
             distance: share * self.pitch * distance,
             slope: self.pitch * if coast { -balance } else { balance },
@@ -196,8 +196,8 @@ mod tests {
         }
     }
 
-    /// Even sharing over the cycle gives Ohlendorf's factor, also inside a ring; its teeth are short, since the formula holds where no
-    /// more than one pitch lies either side of the pitch point.
+    /// Even load sharing gives Ohlendorf's factor, also for an internal gear; its teeth are short, since the formula requires approach and
+    /// recess below one pitch.
     #[test]
     fn exact_loss_factor() {
         for (z, internal) in [([20, 60], false), ([17, 17], false), ([25, 90], true)] {
@@ -209,15 +209,15 @@ mod tests {
             let i = if internal { -z2 / z1 } else { z2 / z1 };
             let ohlendorf =
                 std::f64::consts::PI * (i + 1.0) / (z1 * i) * (1.0 - e + e1 * e1 + e2 * e2);
-            let found = path.loss_factor(gears.base[0], i, 0.0);
+            let factor = path.loss_factor(gears.base[0], i, 0.0);
             assert!(
-                (found / ohlendorf - 1.0).abs() < 1e-13,
-                "{found} {ohlendorf}"
+                (factor / ohlendorf - 1.0).abs() < 1e-13,
+                "{factor} {ohlendorf}"
             );
         }
     }
 
-    /// Both flanks have the same means; the textbook's contact ratio of 20 and 60 teeth is 1.67.
+    /// Both flanks have the same mean levers; the textbook contact ratio of 20 and 60 teeth is 1.67.
     #[test]
     fn law_flanks_mirror() {
         let path = PathOfContact::new(&spur([20, 60], false)).unwrap();
@@ -226,21 +226,21 @@ mod tests {
             "{}",
             path.contact_ratio()
         );
-        let pieces = path.segments();
-        let ends = pieces.iter().skip(1).map(|p| p.from).chain([1.0]);
+        let segments = path.segments();
+        let ends = segments.iter().skip(1).map(|p| p.from).chain([1.0]);
         let mut sums = [[0.0; 2]; 2];
-        for (piece, to) in pieces.iter().zip(ends) {
-            let width = to - piece.from;
-            for (sum, reach) in sums.iter_mut().zip(&piece.flanks) {
-                sum[0] += width * (reach.distance + 0.5 * width * reach.slope);
-                sum[1] += width * reach.balance;
+        for (segment, to) in segments.iter().zip(ends) {
+            let width = to - segment.from;
+            for (sum, lever) in sums.iter_mut().zip(&segment.flanks) {
+                sum[0] += width * (lever.distance + 0.5 * width * lever.slope);
+                sum[1] += width * lever.balance;
             }
         }
         assert!((sums[0][0] - sums[1][0]).abs() < 1e-12 * sums[0][0]);
         assert!((sums[0][1] - sums[1][1]).abs() < 1e-12);
     }
 
-    /// Teeth cut too short never hand over.
+    /// Teeth that are too short have a contact ratio below one.
     #[test]
     fn refuses_gaps() {
         let mut gears = spur([20, 60], false);

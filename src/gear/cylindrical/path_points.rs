@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::pair::Pair;
 use super::path_of_contact::PathGeometry;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// One point of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +51,7 @@ impl PathPoints {
         points.extend(is_between(&c).then_some(("C", c)));
         points.extend(alone.then_some(("D", d)));
         points.push(("E", e));
-        sort_rising(&mut points, |p| p.1.distance);
+        sort_ascending(&mut points, |p| p.1.distance);
         points
     }
 }

@@ -1,7 +1,7 @@
-//! Nearest values that can be followed: each as it is printed leaves the pair without its warning and without a new one.
+//! Nearest remedial values: each value, rounded as printed, removes its warning from the pair without a new warning.
 //!
-//! Where the value of one warning brings another (longer tips against short contact, shorter ones against interference), profile shifts or
-//! tooth numbers of teeth with the rack's tips, nearest to the present ones, that leave no warning take its place.
+//! If the value causes another warning (a longer addendum against a low contact ratio, a shorter one against interference), it is replaced
+//! by the nearest profile shifts or tooth numbers without warnings, with the tips of the rack.
 
 use std::f64::consts::PI;
 
@@ -10,65 +10,65 @@ use super::pair::Pair;
 use super::warnings::{NearestValue, Warning, WarningKind};
 use crate::base::bound::Bound;
 use crate::gear::kernel::root::sign_change;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
-/// Profile shifts tried, in tenths.
+/// Profile shift coefficients examined, in tenths.
 const SHIFTS: std::ops::RangeInclusive<i32> = -8..=12;
-/// Most teeth added to the pinion.
-const MOST_TEETH: u32 = 40;
-/// By how many modules the centre distance is moved at most.
-const FARTHEST: f64 = 3.0;
+/// Maximum number of teeth added to the pinion.
+const MAX_ADDED_TEETH: u32 = 40;
+/// Maximum change of the centre distance, modules.
+const MAX_CENTRE_CHANGE: f64 = 3.0;
 
-/// Decimals of printed values: of a coefficient, of mm.
+/// Number of decimals of printed coefficients and of lengths in mm.
 pub const DECIMALS: usize = 4;
 
-/// A bound as it is printed.
-fn printed(bound: Bound) -> f64 {
+/// Bound, rounded as printed.
+fn rounded(bound: Bound) -> f64 {
     bound.text(DECIMALS).parse().unwrap_or(f64::NAN)
 }
 
-/// A length as it is printed in mm, m.
-fn printed_length(bound: Bound) -> f64 {
-    1e-3 * printed(bound.scaled(1e3))
+/// Length in m, rounded as printed in mm.
+fn rounded_length(bound: Bound) -> f64 {
+    1e-3 * rounded(bound.scaled(1e3))
 }
 
-/// Gears as a file describes them: without a value where it leaves the default.
+/// Gear pair of a file, with `None` for default values.
 #[derive(Debug, Clone, Copy)]
 pub struct Design {
-    /// The gears.
+    /// Members of the pair.
     pub members: [Member; 2],
-    /// Centre distance, m; without backlash by default.
+    /// Centre distance, m; `None` for the distance without backlash.
     pub centre_distance: Option<f64>,
 }
 
 impl Design {
-    /// The pair.
+    /// Gear pair of the design; `None` if it is invalid.
     fn pair(&self) -> Option<Pair> {
         Pair::new(self.members, self.centre_distance).ok()
     }
 
-    /// The design with a value as it is printed.
-    pub fn with(&self, nearest: NearestValue) -> Design {
+    /// Returns the design with a remedial value, rounded as printed.
+    pub fn with_nearest(&self, nearest: NearestValue) -> Design {
         let mut changed = *self;
         match nearest {
             NearestValue::ProfileShift { member, value } => {
-                changed.members[member].gear.profile_shift = printed(value);
+                changed.members[member].gear.profile_shift = rounded(value);
             }
             NearestValue::TipDiameter { member, value } => {
-                changed.members[member].tip_diameter = Some(printed_length(value));
+                changed.members[member].tip_diameter = Some(rounded_length(value));
             }
             NearestValue::TipDiameters(tips) => {
                 for (member, tip) in changed.members.iter_mut().zip(tips) {
-                    member.tip_diameter = Some(printed_length(tip));
+                    member.tip_diameter = Some(rounded_length(tip));
                 }
             }
             NearestValue::FaceWidth(width) => {
                 for member in &mut changed.members {
-                    member.face_width = printed_length(width);
+                    member.face_width = rounded_length(width);
                 }
             }
             NearestValue::CentreDistance(distance) => {
-                changed.centre_distance = Some(printed_length(distance));
+                changed.centre_distance = Some(rounded_length(distance));
             }
             NearestValue::Teeth { teeth, shifts, .. } => {
                 changed.centre_distance = None;
@@ -82,51 +82,51 @@ impl Design {
         changed
     }
 
-    /// The warnings of the pair, each with a value that can be followed where there is one.
+    /// Warnings of the pair, each with a remedial value if one exists.
     pub fn warnings(&self, pair: &Pair) -> Vec<Warning> {
-        let met = pair.warnings();
-        let mut whole = None;
-        let followed = |warning: &Warning| {
-            let is_old = |new: &Warning| {
-                let same = |old: &Warning| old.kind == new.kind && old.member == new.member;
-                met.iter().any(same) && !(new.kind == warning.kind && new.member == warning.member)
+        let warnings = pair.warnings();
+        let mut warning_free = None;
+        let remedy = |warning: &Warning| {
+            let is_present = |w: &Warning| {
+                let is_same = |p: &Warning| p.kind == w.kind && p.member == w.member;
+                warnings.iter().any(is_same) && !is_same(warning)
             };
-            let leaves = |nearest: &NearestValue| {
-                let changed = self.with(*nearest).pair();
-                changed.is_some_and(|pair| pair.warnings().iter().all(is_old))
+            let is_remedy = |nearest: &NearestValue| {
+                let changed = self.with_nearest(*nearest).pair();
+                changed.is_some_and(|pair| pair.warnings().iter().all(is_present))
             };
-            let own = warning.nearest.into_iter();
+            let direct = warning.nearest.into_iter();
             let contact = match warning.kind {
                 WarningKind::ContactRatio => self.longer_contact(pair),
                 _ => Vec::new(),
             };
-            own.chain(contact).find(leaves)
+            direct.chain(contact).find(is_remedy)
         };
         let with_value = |warning: &Warning| Warning {
-            nearest: followed(warning)
-                .or_else(|| *whole.get_or_insert_with(|| self.without_warnings(pair))),
+            nearest: remedy(warning)
+                .or_else(|| *warning_free.get_or_insert_with(|| self.without_warnings(pair))),
             ..*warning
         };
-        met.iter().map(with_value).collect()
+        warnings.iter().map(with_value).collect()
     }
 
-    /// Face width and centre distance at which the contact ratio is 1.
+    /// Face width and centre distance with a contact ratio of 1.
     fn longer_contact(&self, pair: &Pair) -> Vec<NearestValue> {
         let (ratios, gear) = (pair.contact_ratios(), &pair.members[0].gear);
         let slope = gear.helix.sin().abs();
         let missing = 1.0 - ratios.transverse;
         let width = (slope > 0.0)
             .then(|| NearestValue::FaceWidth(Bound::AtLeast(missing * PI * gear.module / slope)));
-        let made = pair.members;
-        let beyond = |distance: f64| {
-            let at = Pair::new(made, Some(distance)).ok()?;
-            Some(at.contact_ratios().total - 1.0)
+        let members = pair.members;
+        let excess = |distance: f64| {
+            let pair = Pair::new(members, Some(distance)).ok()?;
+            Some(pair.contact_ratios().total - 1.0)
         };
-        let (from, reach) = (pair.centre_distance, FARTHEST * gear.module);
+        let (from, reach) = (pair.centre_distance, MAX_CENTRE_CHANGE * gear.module);
         let centre = match pair.members[1].gear.internal {
-            false => sign_change([from - reach, from], |a| Some(beyond(a).unwrap_or(1.0)))
+            false => sign_change([from - reach, from], |a| Some(excess(a).unwrap_or(1.0)))
                 .map(Bound::AtMost),
-            true => sign_change([from, from + reach], |a| Some(beyond(a).unwrap_or(1.0)))
+            true => sign_change([from, from + reach], |a| Some(excess(a).unwrap_or(1.0)))
                 .map(Bound::AtLeast),
         };
         width
@@ -135,7 +135,7 @@ impl Design {
             .collect()
     }
 
-    /// Profile shifts or tooth numbers nearest to the present ones that leave no warning, or none but that of radial assembly.
+    /// Profile shifts or tooth numbers nearest to the present ones without warnings, or with that of radial assembly only.
     pub fn without_warnings(&self, pair: &Pair) -> Option<NearestValue> {
         let gears = pair.members.map(|member| member.gear);
         let present = gears.map(|gear| gear.profile_shift);
@@ -144,36 +144,36 @@ impl Design {
         let mut shifts: Vec<[f64; 2]> = SHIFTS
             .flat_map(|i| SHIFTS.map(move |j| [tenths(i), tenths(j)]))
             .collect();
-        let far = |s: &[f64; 2]| (s[0] - present[0]).hypot(s[1] - present[1]);
-        sort_rising(&mut shifts, far);
-        let of_shifts = shifts.into_iter().map(|shifts| NearestValue::Teeth {
+        let distance = |s: &[f64; 2]| (s[0] - present[0]).hypot(s[1] - present[1]);
+        sort_ascending(&mut shifts, distance);
+        let by_shifts = shifts.into_iter().map(|shifts| NearestValue::Teeth {
             teeth,
             shifts,
             axial_assembly: false,
         });
-        let more = (1..=MOST_TEETH).map(|more| {
-            let second = f64::from(more) * pair.ratio();
+        let by_teeth = (1..=MAX_ADDED_TEETH).map(|added| {
+            let second = f64::from(added) * pair.ratio();
             NearestValue::Teeth {
-                teeth: [teeth[0] + more, teeth[1] + second.round().max(1.0) as u32],
+                teeth: [teeth[0] + added, teeth[1] + second.round().max(1.0) as u32],
                 shifts: [0.0; 2],
                 axial_assembly: false,
             }
         });
-        // The first without any warning, else the first of those that leave radial assembly impossible.
-        let mut along_axis = None;
-        for nearest in of_shifts.chain(more) {
-            let Some(changed) = self.with(nearest).pair() else {
+        // First change without warnings, else the first that only prevents radial assembly.
+        let mut axial = None;
+        for nearest in by_shifts.chain(by_teeth) {
+            let Some(changed) = self.with_nearest(nearest).pair() else {
                 continue;
             };
             match changed.warnings()[..] {
                 [] => return Some(nearest),
-                [only] if only.kind == WarningKind::TrimmingInterference => {
-                    along_axis = along_axis.or(Some(nearest));
+                [warning] if warning.kind == WarningKind::TrimmingInterference => {
+                    axial = axial.or(Some(nearest));
                 }
                 _ => {}
             }
         }
-        along_axis.map(|nearest| match nearest {
+        axial.map(|nearest| match nearest {
             NearestValue::Teeth { teeth, shifts, .. } => NearestValue::Teeth {
                 teeth,
                 shifts,

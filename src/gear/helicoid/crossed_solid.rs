@@ -16,7 +16,7 @@ const BORE: f64 = 0.5;
 
 impl CrossedPair {
     /// The pair over one pitch with its face widths, and ellipses under a coating of a thickness; none where a tooth is pointed.
-    pub fn turning(
+    pub fn turning_pair(
         &self,
         path: &CrossedPath,
         face_widths: [f64; 2],
@@ -38,7 +38,7 @@ impl CrossedPair {
                     let azimuth = h * gear.twist() - sense * unwound;
                     azimuth.is_finite().then_some(azimuth)
                 },
-                other_flank: -2.0 * sense * gear.base_half_angle,
+                opposite_flank: -2.0 * sense * gear.base_half_angle,
                 sense: -sense,
                 ends: |_| [root, gear.tip_radius],
                 bore: BORE * root,

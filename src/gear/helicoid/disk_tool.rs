@@ -1,45 +1,45 @@
-//! Profile of the disk tool that cuts a helicoid: the normal of the helicoid meets the axis of the tool.
+//! Profile of the disk tool that cuts a helicoid: contact where the normal of the helicoid intersects the tool axis.
 
 use super::axial_profile::Helicoid;
 use super::grinding_wheel::ToolAxis;
 use super::profile_point::{LAST_STEP, NEWTON_STEPS};
 use crate::gear::kernel::root::{greatest, root};
 
-/// A point of a disk tool's profile, with the point of the helicoid that it cuts.
+/// Profile point of a disk tool with its contact point on the helicoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiskPoint {
-    /// Distance ρ from the axis of the helicoid.
+    /// Distance ρ from the axis of the helicoid, m.
     pub distance: f64,
     /// Azimuth χ of the contact, rad.
     pub azimuth: f64,
-    /// Radius R of the tool.
+    /// Tool radius R, m.
     pub radius: f64,
-    /// Height ζ of the tool.
+    /// Axial height ζ on the tool, m.
     pub height: f64,
     /// Slope `t = −dζ/dR`.
     pub slope: f64,
 }
 
-/// Place where a disk tool cuts into the flank that it should leave.
+/// Position at which a disk tool cuts into the finished flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interference {
-    /// Distance ρ from the axis of the helicoid.
+    /// Distance ρ from the axis of the helicoid, m.
     pub distance: f64,
-    /// Depth along the radius of the tool.
+    /// Depth along the tool radius, m.
     pub depth: f64,
 }
 
-/// Half of the arc that is searched, rad.
+/// Half the azimuth range searched, rad.
 const ARC: f64 = 1.2;
-/// Parts of the arc.
+/// Number of intervals of the azimuth range.
 const ARC_PARTS: u32 = 24;
-/// Contacts whose heights are searched.
+/// Number of intervals of the distance; the tool heights of their ends are examined.
 const CONTACTS: u32 = 24;
 
 impl ToolAxis {
-    /// The tool's profile at rising distances from the helicoid's axis; points where no normal meets the tool's axis are left out.
+    /// Tool profile at increasing distances from the helicoid axis, m; points without a normal that intersects the tool axis are omitted.
     ///
-    /// Each contact is sought near that of the neighbouring distance, from the one nearest the middle of the tool (χ = 0) to both ends.
+    /// The search starts at the contact nearest χ = 0 and proceeds to both ends, each contact from that of the neighbouring distance.
     pub fn disk_profile(&self, helicoid: &Helicoid, distances: &[f64]) -> Vec<DiskPoint> {
         let starts = distances
             .iter()
@@ -66,35 +66,35 @@ impl ToolAxis {
         profile
     }
 
-    /// The tool's profile at a distance from the helicoid's axis, with the contact near an azimuth; none where no normal meets the tool's
-    /// axis.
+    /// Tool profile at a distance from the helicoid axis, with the contact near the azimuth `start`, rad; `None` if no normal intersects
+    /// the tool axis.
     ///
     /// `(ρ + z g′) sin S cos χ − (z p/ρ) sin S sin χ + A cos S (g′ sin χ + (p/ρ) cos χ) = A sin S + p cos S` with `z = g + p χ`.
-    pub fn disk_point(&self, helicoid: &Helicoid, distance: f64, near: f64) -> Option<DiskPoint> {
+    pub fn disk_point(&self, helicoid: &Helicoid, distance: f64, start: f64) -> Option<DiskPoint> {
         let at = helicoid.at(distance)?;
         let (g, slope, p) = (at.height, at.slope, helicoid.lead);
         let (s, c) = self.angle.sin_cos();
-        let steep = p / distance;
-        let meets = |chi: f64| {
+        let lead_slope = p / distance;
+        let f = |chi: f64| {
             let (sine, cosine) = chi.sin_cos();
             let z = g + p * chi;
-            let value = (distance + z * slope) * s * cosine - z * steep * s * sine
-                + self.distance * c * (slope * sine + steep * cosine)
+            let value = (distance + z * slope) * s * cosine - z * lead_slope * s * sine
+                + self.distance * c * (slope * sine + lead_slope * cosine)
                 - self.distance * s
                 - p * c;
             let derivative = p * slope * s * cosine
                 - (distance + z * slope) * s * sine
-                - steep * s * (p * sine + z * cosine)
-                + self.distance * c * (slope * cosine - steep * sine);
+                - lead_slope * s * (p * sine + z * cosine)
+                + self.distance * c * (slope * cosine - lead_slope * sine);
             Some([value, derivative])
         };
-        let chi = newton(near, meets).or_else(|| root([near - 1.0, near + 1.0], meets))?;
-        let [radius, height] = self.seen(helicoid, g, distance, chi);
-        // Normal and point in the tool's frame give its slope.
+        let chi = newton(start, f).or_else(|| root([start - 1.0, start + 1.0], f))?;
+        let [radius, height] = self.tool_coordinates(helicoid, g, distance, chi);
+        // The slope follows from normal and point in the tool frame.
         let (sine, cosine) = chi.sin_cos();
         let normal = [
-            -slope * cosine + steep * sine,
-            -slope * sine - steep * cosine,
+            -slope * cosine + lead_slope * sine,
+            -slope * sine - lead_slope * cosine,
             1.0,
         ];
         let z = g + p * chi;
@@ -117,8 +117,8 @@ impl ToolAxis {
         })
     }
 
-    /// Radius and height, in the tool, of the helicoid's point at a distance and an azimuth.
-    fn seen(&self, helicoid: &Helicoid, g: f64, distance: f64, chi: f64) -> [f64; 2] {
+    /// Tool radius and height of the helicoid point with the axial height `g`, the distance and the azimuth `chi`.
+    fn tool_coordinates(&self, helicoid: &Helicoid, g: f64, distance: f64, chi: f64) -> [f64; 2] {
         let (s, c) = self.angle.sin_cos();
         let (sine, cosine) = chi.sin_cos();
         let z = g + helicoid.lead * chi;
@@ -126,10 +126,10 @@ impl ToolAxis {
         [f64::hypot(x, y * c + z * s), z * c - y * s]
     }
 
-    /// The deepest place between two distances where the tool of a flank cuts into that flank; none where it cuts nowhere by more than a
-    /// tolerance.
+    /// Deepest interference of the tool with its own flank between two distances; `None` if no depth exceeds `tolerance`, m.
     ///
-    /// At the height of each contact the whole arc of the flank is compared with the radius of the tool, so that cusps and second contacts show.
+    /// At the height of each contact the tool radius is compared with the flank over the azimuth range, which detects cusps and second
+    /// contacts.
     pub fn interference(
         &self,
         helicoid: &Helicoid,
@@ -137,41 +137,41 @@ impl ToolAxis {
         tolerance: f64,
     ) -> Option<Interference> {
         let [from, to] = distances;
-        let place = |i: u32| from + (to - from) * f64::from(i) / f64::from(CONTACTS);
-        let places: Vec<f64> = (0..=CONTACTS).map(place).collect();
-        let contacts = self.disk_profile(helicoid, &places).into_iter();
-        let cuts = contacts.filter_map(|contact| {
+        let distance_at = |i: u32| from + (to - from) * f64::from(i) / f64::from(CONTACTS);
+        let grid: Vec<f64> = (0..=CONTACTS).map(distance_at).collect();
+        let contacts = self.disk_profile(helicoid, &grid).into_iter();
+        let interferences = contacts.filter_map(|contact| {
             let depth = contact.radius - self.least_radius(helicoid, distances, contact.height)?;
             let distance = contact.distance;
             (depth > tolerance).then_some(Interference { distance, depth })
         });
-        cuts.max_by(|a, b| a.depth.total_cmp(&b.depth))
+        interferences.max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    /// Least radius, in the tool, of the flank's points at a height of the tool.
+    /// Smallest tool radius of the flank at a tool height.
     fn least_radius(&self, helicoid: &Helicoid, distances: [f64; 2], height: f64) -> Option<f64> {
         let (s, c) = self.angle.sin_cos();
         let radius = |chi: f64| {
-            let place = root(distances, |distance| {
+            let rho = root(distances, |distance| {
                 let at = helicoid.at(distance)?;
-                let here = (at.height + helicoid.lead * chi) * c - distance * chi.sin() * s;
-                Some([here - height, at.slope * c - chi.sin() * s])
+                let z = (at.height + helicoid.lead * chi) * c - distance * chi.sin() * s;
+                Some([z - height, at.slope * c - chi.sin() * s])
             })?;
-            let g = helicoid.at(place)?.height;
-            Some(self.seen(helicoid, g, place, chi)[0])
+            let g = helicoid.at(rho)?.height;
+            Some(self.tool_coordinates(helicoid, g, rho, chi)[0])
         };
-        let [_, nearest] = greatest([-ARC, ARC], ARC_PARTS, |chi| Some(-radius(chi)?))?;
-        Some(-nearest)
+        let [_, largest] = greatest([-ARC, ARC], ARC_PARTS, |chi| Some(-radius(chi)?))?;
+        Some(-largest)
     }
 }
 
-fn newton(near: f64, f: impl Fn(f64) -> Option<[f64; 2]>) -> Option<f64> {
-    let mut chi = near;
+fn newton(start: f64, f: impl Fn(f64) -> Option<[f64; 2]>) -> Option<f64> {
+    let mut chi = start;
     for _ in 0..NEWTON_STEPS {
         let [value, slope] = f(chi)?;
         let step = value / slope;
         chi -= step;
-        if !((chi - near).abs() < 1.0) {
+        if !((chi - start).abs() < 1.0) {
             return None;
         }
         if step.abs() < LAST_STEP {

@@ -1,63 +1,63 @@
-//! Wheels of a stated profile ζ(R) and the helicoids that they grind: the normal of the wheel meets the axis of the screw.
+//! Grinding wheels of a given profile ζ(R) and the helicoids they grind: contact where `n·v = 0` with the screw velocity v.
 //!
-//! The wheel turns about the line through (A, 0, 0) along (0, −sin S, cos S). Contact at the angle β of the wheel circle R, β = 0 towards the worm:
+//! The wheel rotates about the line through (A, 0, 0) along (0, −sin S, cos S). Contact angle β on the wheel circle R, 0 towards the worm:
 //! `t (A cos S + p sin S) sin β + (R − t ζ) sin S cos β = A sin S − p cos S`, with `t = −dζ/dR`.
 
 use super::profile_point::{NEWTON_STEPS, ProfilePoint};
 use crate::gear::kernel::vector::Vector;
 
-/// Place of a disk tool's axis against the axis of the helicoid.
+/// Position of a disk-tool axis relative to the axis of the helicoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolAxis {
-    /// Distance A of the axes.
+    /// Centre distance A of the axes, m.
     pub distance: f64,
-    /// Angle S of the axes, rad.
+    /// Angle S between the axes, rad.
     pub angle: f64,
 }
 
-/// A wheel of a straight or circular profile.
+/// Grinding wheel with a straight or circular profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrindingWheel {
-    /// Place of its axis.
+    /// Position of the wheel axis.
     pub axis: ToolAxis,
     tilted: TiltedAxis,
-    /// Radius R₀ at which the profile has its height and slope.
+    /// Reference radius R₀ of the profile, m.
     radius: f64,
-    /// Height ζ at R₀.
+    /// Height ζ at R₀, m.
     height: f64,
-    /// Sine, cosine and tangent of the profile's angle at R₀.
+    /// Sine, cosine and tangent of the profile angle at R₀.
     profile: [f64; 3],
-    /// Radius of a convex profile; none for a straight one.
+    /// Radius of a convex profile, m; `None` for a straight profile.
     profile_radius: Option<f64>,
 }
 
-/// A point of a wheel's profile.
+/// Profile point of a wheel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelPoint {
-    /// Radius R.
+    /// Radius R, m.
     pub radius: f64,
-    /// Height ζ.
+    /// Height ζ, m.
     pub height: f64,
     /// Slope `t = −dζ/dR`.
     pub slope: f64,
-    /// dt/dR.
+    /// Derivative dt/dR, 1/m.
     pub curvature: f64,
 }
 
-/// A point of the helicoid under the wheel.
+/// Point of the helicoid in contact with the wheel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundPoint {
-    /// Distance ρ from the axis of the helicoid.
+    /// Distance ρ from the axis of the helicoid, m.
     pub radius: f64,
-    /// dρ/dR.
+    /// Derivative dρ/dR.
     pub radius_slope: f64,
     /// Sine and cosine of the angle β on the wheel.
     pub turn: [f64; 2],
-    /// The axial profile there.
+    /// Axial profile at this point.
     pub profile: ProfilePoint,
 }
 
-/// The axis with sine and cosine of its angle, for many points of one tool.
+/// Tool axis with sine and cosine of its angle, computed once per tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct TiltedAxis {
     distance: f64,
@@ -66,13 +66,13 @@ struct TiltedAxis {
 }
 
 impl TiltedAxis {
-    /// `(A, 0, 0)` to the point of a wheel circle: `R (−cos β, sin β cos S, sin β sin S) + ζ (0, −sin S, cos S)`.
+    /// Point of a wheel circle: `(A, 0, 0) + R (−cos β, sin β cos S, sin β sin S) + ζ (0, −sin S, cos S)`.
     fn point(&self, radius: f64, height: f64, turn: [f64; 2]) -> Vector {
-        self.turned(radius, height, turn) + Vector::X * self.distance
+        self.wheel_vector(radius, height, turn) + Vector::X * self.distance
     }
 
-    /// A vector of the wheel with a radial and an axial part, at the angle β.
-    fn turned(&self, radial: f64, axial: f64, [sine, cosine]: [f64; 2]) -> Vector {
+    /// Vector with the radial and axial components at the angle β on the wheel.
+    fn wheel_vector(&self, radial: f64, axial: f64, [sine, cosine]: [f64; 2]) -> Vector {
         let (s, c) = (self.sine, self.cosine);
         Vector::new(
             -radial * cosine,
@@ -81,17 +81,17 @@ impl TiltedAxis {
         )
     }
 
-    /// Sine and cosine of the angle β where a wheel circle touches the helicoid: of both roots of `P sin β + Q cos β = C` that nearer β = 0.
+    /// Sine and cosine of the contact angle β of a wheel circle: of both roots of `P sin β + Q cos β = C` that nearer β = 0.
     fn contact_turn(&self, [p, q, c]: [f64; 3]) -> Option<[f64; 2]> {
         let square = p * p + q * q;
-        let rest = (square - c * c).sqrt();
-        let turn = |rest: f64| [(p * c + q * rest) / square, (q * c - p * rest) / square];
-        let [a, b] = [turn(rest), turn(-rest)];
-        let nearer = if a[1] > b[1] { a } else { b };
-        nearer[0].is_finite().then_some(nearer)
+        let root = (square - c * c).sqrt();
+        let turn = |root: f64| [(p * c + q * root) / square, (q * c - p * root) / square];
+        let [a, b] = [turn(root), turn(-root)];
+        let contact = if a[1] > b[1] { a } else { b };
+        contact[0].is_finite().then_some(contact)
     }
 
-    /// Coefficients of `P sin β + Q cos β = C`.
+    /// Coefficients of the equation of meshing `P sin β + Q cos β = C`.
     fn meshing(
         &self,
         lead: f64,
@@ -117,22 +117,22 @@ impl ToolAxis {
         }
     }
 
-    /// Angle β where a wheel circle whose normal has the radial part `radial` and the axial part `axial` touches the helicoid, rad; none
-    /// where that circle never touches. Of two roots the one nearer β = 0 cuts.
+    /// Contact angle β of a wheel circle with the normal components `radial` and `axial`, rad; `None` without contact. Of two roots, that
+    /// nearer β = 0 cuts.
     pub fn contact_angle(
         &self,
         lead: f64,
-        place: [f64; 2],
+        circle: [f64; 2],
         [radial, axial]: [f64; 2],
     ) -> Option<f64> {
         let tilted = self.tilted();
-        let [sine, cosine] = tilted.contact_turn(tilted.meshing(lead, place, [radial, axial]))?;
+        let [sine, cosine] = tilted.contact_turn(tilted.meshing(lead, circle, [radial, axial]))?;
         Some(sine.atan2(cosine))
     }
 
-    /// Angle S at which the edge of a wheel at a radius and height leaves a line instead of a transition surface, rad.
+    /// Angle S at which the wheel edge at a radius and height generates a line instead of a transition surface, rad.
     ///
-    /// Every normal of the edge touches at one β: `tan β = ζ sin S/(A cos S + p sin S)`, `R sin S cos β = A sin S − p cos S`.
+    /// All normals of the edge are in contact at the same β: `tan β = ζ sin S/(A cos S + p sin S)`, `R sin S cos β = A sin S − p cos S`.
     pub fn angle_without_transition(&self, lead: f64, [radius, height]: [f64; 2]) -> Option<f64> {
         let excess = |angle: f64| {
             let (s, c) = angle.sin_cos();
@@ -144,7 +144,7 @@ impl ToolAxis {
         crate::gear::kernel::root::sign_change([start - span, start + span], |a| Some(excess(a)))
     }
 
-    /// Distance ρ and axial height of the helix that a point of the wheel leaves at the angle β.
+    /// Distance ρ and axial height of the helix that a wheel point generates at the angle β.
     pub fn helix(&self, lead: f64, [radius, height]: [f64; 2], beta: f64) -> [f64; 2] {
         let r = self
             .tilted()
@@ -154,8 +154,8 @@ impl ToolAxis {
 }
 
 impl GrindingWheel {
-    /// A wheel with half its width ζ and the angle of its profile, `tan = −dζ/dR`, at a radius; `profile_radius` is that of a convex profile,
-    /// none of a straight one.
+    /// Creates a wheel from the half-width ζ and the profile angle, `tan = −dζ/dR`, at a radius; `profile_radius` is `None` for a straight
+    /// profile.
     pub fn new(
         axis: ToolAxis,
         [radius, height]: [f64; 2],
@@ -173,7 +173,7 @@ impl GrindingWheel {
         }
     }
 
-    /// The profile at a radius of the wheel; none beyond a circular profile.
+    /// Profile at a wheel radius; `None` outside a circular profile.
     pub fn wheel_profile(&self, radius: f64) -> Option<WheelPoint> {
         let [sine, cosine, tangent] = self.profile;
         let Some(arc) = self.profile_radius else {
@@ -194,7 +194,7 @@ impl GrindingWheel {
         })
     }
 
-    /// The helicoid's point that the wheel circle of a radius grinds; none where it never touches.
+    /// Point of the helicoid ground by the wheel circle of a radius; `None` without contact.
     pub fn ground(&self, lead: f64, radius: f64) -> Option<GroundPoint> {
         let axis = self.tilted;
         let WheelPoint {
@@ -207,21 +207,21 @@ impl GrindingWheel {
         let turn = axis.contact_turn([p, q, constant])?;
         let [sine, cosine] = turn;
         let r = axis.point(radius, zeta, turn);
-        let n = axis.turned(t, 1.0, turn);
+        let n = axis.wheel_vector(t, 1.0, turn);
         // Derivatives along the profile: ζ′ = −t, and β′ from the equation of meshing.
         let dp = dt * (axis.distance * axis.cosine + lead * axis.sine);
         let dq = (1.0 - dt * zeta + t * t) * axis.sine;
         let d_beta = -(dp * sine + dq * cosine) / (p * cosine - q * sine);
-        let swept = |radial: f64| axis.turned(radial, 0.0, [cosine, -sine]) * d_beta;
-        let dr = axis.turned(1.0, -t, turn) + swept(radius);
-        let dn = axis.turned(dt, 0.0, turn) + swept(t);
+        let rotation = |radial: f64| axis.wheel_vector(radial, 0.0, [cosine, -sine]) * d_beta;
+        let dr = axis.wheel_vector(1.0, -t, turn) + rotation(radius);
+        let dn = axis.wheel_vector(dt, 0.0, turn) + rotation(t);
         let distance = (r.x * r.x + r.y * r.y).sqrt();
         let (inverse, inverse_z) = (1.0 / distance, 1.0 / n.z);
         let d_distance = (r.x * dr.x + r.y * dr.y) * inverse;
         // g′ = −N·e_ρ/N_z.
         let outward = (n.x * r.x + n.y * r.y) * inverse;
-        let along = dn.x * r.x + dn.y * r.y + n.x * dr.x + n.y * dr.y;
-        let d_outward = (along - outward * d_distance) * inverse;
+        let d_numerator = dn.x * r.x + dn.y * r.y + n.x * dr.x + n.y * dr.y;
+        let d_outward = (d_numerator - outward * d_distance) * inverse;
         let slope = -outward * inverse_z;
         let d_slope = -(d_outward + slope * dn.z) * inverse_z;
         Some(GroundPoint {
@@ -236,7 +236,7 @@ impl GrindingWheel {
         })
     }
 
-    /// The axial profile at a distance from the helicoid's axis; none below the least distance that the wheel reaches.
+    /// Axial profile at a distance from the helicoid axis; `None` below the smallest distance that the wheel reaches.
     pub fn profile(&self, lead: f64, distance: f64) -> Option<ProfilePoint> {
         let mut radius = self.axis.distance - distance;
         for _ in 0..NEWTON_STEPS {
@@ -245,7 +245,7 @@ impl GrindingWheel {
                 return None;
             }
             let step = (at.radius - distance) / at.radius_slope;
-            if step.abs() <= SETTLED * radius {
+            if step.abs() <= STEP_TOLERANCE * radius {
                 return Some(at.profile.moved(distance - at.radius));
             }
             radius -= step;
@@ -253,7 +253,7 @@ impl GrindingWheel {
         None
     }
 
-    /// Radius of the wheel and least distance from the helicoid's axis that it grinds, where dρ/dR = 0 between two wheel radii.
+    /// Wheel radius and smallest ground distance from the helicoid axis, where dρ/dR = 0 between two wheel radii.
     pub fn least_distance(&self, lead: f64, radii: [f64; 2]) -> Option<[f64; 2]> {
         let slope = |radius: f64| Some(self.ground(lead, radius)?.radius_slope);
         let radius = crate::gear::kernel::root::sign_change(radii, slope)?;
@@ -261,5 +261,5 @@ impl GrindingWheel {
     }
 }
 
-/// A Newton step below this share of the wheel radius leaves an error of its square.
-const SETTLED: f64 = 1e-9;
+/// Largest final Newton step relative to the wheel radius; the remaining error is of the order of its square.
+const STEP_TOLERANCE: f64 = 1e-9;

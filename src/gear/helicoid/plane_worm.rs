@@ -187,7 +187,7 @@ impl GeneratingLine {
 
     /// Second contact of the worm point generated at the position η, at another wheel rotation. `None` at the limit of
     /// the second kind, where both contacts coincide with zero relative curvature.
-    pub fn touching_again(&self, eta: f64) -> Option<PlaneWormContact> {
+    pub fn second_contact_at(&self, eta: f64) -> Option<PlaneWormContact> {
         let half = half_turn_tangent(self.point_at(eta), self.normal);
         let wheel_turn = self.wheel_turn + 2.0 * self.pair.ratio * half.atan();
         let cosine = 1.0 / (1.0 + half * half).sqrt();

@@ -1,31 +1,31 @@
-//! Interference of a plane-generated worm with its wheel: points of the tooth against the worm at every turn.
+//! Interference of a plane-generated worm with its wheel: depth of tooth points in the worm at every rotation.
 //!
-//! The worm is what the plane leaves: a point lies in it where its height over the plane is positive at every generating turn
-//! `φ₂*` of the wheel. Depth is the least of these heights.
+//! A point lies inside the worm where its height over the generating plane is positive at every generating rotation `φ₂*` of the wheel.
+//! The depth is the minimum of these heights.
 
 use super::plane_worm::PlaneWorm;
 use super::plane_worm_zone::PlaneWormZone;
 use crate::gear::kernel::root::greatest;
 use crate::gear::kernel::vector::Vector;
 
-/// A point of the wheel's tooth that the worm cuts away.
+/// Point of the wheel tooth that the worm removes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToothInterference {
-    /// The point in the wheel: ξ, η, ζ.
+    /// Point in the wheel frame: ξ, η, ζ.
     pub in_wheel: Vector,
-    /// Turn φ₂ of the wheel at which the worm cuts deepest, rad.
+    /// Rotation φ₂ of the wheel at the maximum depth, rad.
     pub wheel_turn: f64,
-    /// Depth along the normal of the plane.
+    /// Depth in the worm along the normal of the plane, in the unit of the pair.
     pub depth: f64,
 }
 
-/// Turns of the wheel at which a point is tried, and generating turns of each.
+/// Scan intervals of the rotation of the wheel for a point.
 const TURNS: u32 = 48;
-/// Generating turns tried, over a turn of the worm.
+/// Scan intervals of the generating rotation over one revolution of the worm.
 const GENERATING: u32 = 24;
 
 impl PlaneWorm {
-    /// The point of the wheel that lies deepest in the worm, between two turns of the wheel; none where all depths are below `tolerance`.
+    /// Deepest point of the wheel in the worm between two rotations of the wheel, rad; `None` where no depth exceeds `tolerance`.
     pub fn interference(
         &self,
         zone: &PlaneWormZone,
@@ -33,7 +33,7 @@ impl PlaneWorm {
         turns: [f64; 2],
         tolerance: f64,
     ) -> Option<ToothInterference> {
-        let found = points.into_iter().filter_map(|in_wheel| {
+        let removed = points.into_iter().filter_map(|in_wheel| {
             let depth = |turn: f64| self.depth_in_worm(zone, in_wheel, turn);
             let [wheel_turn, depth] = greatest(turns, TURNS, depth)?;
             (depth > tolerance).then_some(ToothInterference {
@@ -42,11 +42,11 @@ impl PlaneWorm {
                 depth,
             })
         });
-        found.max_by(|a, b| a.depth.total_cmp(&b.depth))
+        removed.max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    /// Depth in the worm of a point of the wheel at a turn of the wheel: the least height over the plane within half a turn of the worm;
-    /// none where the plane never passes the point.
+    /// Depth in the worm of a point of the wheel at a rotation of the wheel, rad: the minimum height over the plane within half a
+    /// revolution of the worm; `None` where the plane does not sweep over the point.
     pub fn depth_in_worm(
         &self,
         zone: &PlaneWormZone,
@@ -55,10 +55,10 @@ impl PlaneWorm {
     ) -> Option<f64> {
         let r = self.in_space(in_wheel, wheel_turn);
         let (sb, cb) = self.plane_angle.sin_cos();
-        let below = |turn: f64| {
+        let negative_height = |turn: f64| {
             let (sin, cos) = ((turn - wheel_turn) / self.ratio).sin_cos();
-            let turned = Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
-            let at = self.in_wheel(turned, turn.sin_cos());
+            let rotated = Vector::new(r.x * cos - r.y * sin, r.x * sin + r.y * cos, r.z);
+            let at = self.in_wheel(rotated, turn.sin_cos());
             let on_plane = at.y.abs() <= 0.5 * zone.face_width
                 && at.x > 0.0
                 && f64::hypot(at.x, at.z) <= zone.wheel_tip_radius;
@@ -66,7 +66,7 @@ impl PlaneWorm {
         };
         let half_turn = self.ratio * std::f64::consts::PI;
         let range = [wheel_turn - half_turn, wheel_turn + half_turn];
-        let [_, below] = greatest(range, GENERATING, below)?;
-        Some(-below)
+        let [_, negative_height] = greatest(range, GENERATING, negative_height)?;
+        Some(-negative_height)
     }
 }

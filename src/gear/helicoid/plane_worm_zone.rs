@@ -1,110 +1,110 @@
-//! Zone where an hourglass worm and its wheel touch: both lines of contact in it, the curve between both parts of the tooth, undercut.
+//! Contact zone of a plane-generated worm pair: both contact lines, the limit curve between plane and enveloped zone, undercut.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::plane_worm::{PlaneWorm, PlaneWormContact};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
-/// Points of a line across the tooth, and of the curve between both parts.
+/// Intervals of a contact line over the face width, and of the limit curve over the wheel rotation.
 const ROWS: u32 = 120;
-/// Generating turns, over a turn of the worm, of the points of a second line.
-const GENERATING_TURNS: u32 = 600;
-/// Points across the tooth in the search for the turns of contact.
+/// Intervals of the generating rotation, over one revolution of the worm, for a contact line of the enveloped zone.
+const GENERATING_INTERVALS: u32 = 600;
+/// Intervals over the face width in the search for wheel rotations with contact.
 const COARSE_ROWS: u32 = 40;
-/// Turns of the wheel each way, over 90°, at which contact is sought.
+/// Wheel rotations in each direction, over 90°, at which contact is searched.
 const TURNS: i32 = 360;
 
-/// The sizes of worm and wheel that bound their contact.
+/// Dimensions of worm and wheel that bound their contact; lengths in the unit of [`PlaneWorm`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneWormZone {
     /// Length of the worm.
     pub length: f64,
     /// Face width of the wheel.
     pub face_width: f64,
-    /// Tip radius of the worm in its throat; its tip is a torus about the axis of the wheel.
+    /// Tip radius of the worm in its throat; the tip surface is a torus about the wheel axis.
     pub worm_tip_radius: f64,
     /// Tip radius of the wheel.
     pub wheel_tip_radius: f64,
 }
 
 impl PlaneWormZone {
-    /// Whether a contact lies on worm and wheel.
-    pub fn reaches(&self, pair: &PlaneWorm, contact: &PlaneWormContact) -> bool {
-        let from_torus = f64::hypot(
+    /// Whether a contact lies within the dimensions of worm and wheel.
+    pub fn contains(&self, pair: &PlaneWorm, contact: &PlaneWormContact) -> bool {
+        let ring_radius = f64::hypot(
             pair.centre_distance - contact.worm_radius(),
             contact.point.z,
         );
         contact.point.z.abs() <= 0.5 * self.length
             && contact.point.y.abs() <= 0.5 * self.face_width
-            && from_torus >= pair.centre_distance - self.worm_tip_radius
+            && ring_radius >= pair.centre_distance - self.worm_tip_radius
             && contact.wheel_radius() <= self.wheel_tip_radius
     }
 
-    /// Whether a contact lies on worm and wheel that touch from outside: the worm has a flank there.
-    pub fn holds(&self, pair: &PlaneWorm, contact: &PlaneWormContact) -> bool {
-        contact.relative_curvature < 0.0 && self.reaches(pair, contact)
+    /// Whether a contact within the dimensions touches from outside (negative relative curvature), so that the worm has a flank there.
+    fn is_flank_contact(&self, pair: &PlaneWorm, contact: &PlaneWormContact) -> bool {
+        contact.relative_curvature < 0.0 && self.contains(pair, contact)
     }
 
-    /// First and last turn of the wheel at which the plane touches, rad; none where it never does.
+    /// First and last wheel rotation with contact on the plane zone, rad; `None` without contact.
     pub fn turns(&self, pair: &PlaneWorm) -> Option<[f64; 2]> {
-        let places = (-TURNS..=TURNS).map(|k| FRAC_PI_2 * f64::from(k) / f64::from(TURNS));
-        let mut touching = places.filter(|turn| {
-            let line = pair.generating_line(*turn);
+        let turns = (-TURNS..=TURNS).map(|k| FRAC_PI_2 * f64::from(k) / f64::from(TURNS));
+        let mut in_contact = turns.filter(|wheel_turn| {
+            let line = pair.generating_line(*wheel_turn);
             let mut contacts = self
-                .places(COARSE_ROWS)
+                .eta_values(COARSE_ROWS)
                 .filter_map(|eta| line.first_contact(eta));
-            contacts.any(|contact| self.holds(pair, &contact))
+            contacts.any(|contact| self.is_flank_contact(pair, &contact))
         });
-        let first = touching.next()?;
-        Some([first, touching.next_back().unwrap_or(first)])
+        let first = in_contact.next()?;
+        Some([first, in_contact.next_back().unwrap_or(first)])
     }
 
-    /// The line of contact of the plane part at a turn of the wheel.
+    /// Contact line on the plane zone at a wheel rotation, rad.
     pub fn first_line(&self, pair: &PlaneWorm, wheel_turn: f64) -> Vec<PlaneWormContact> {
         let line = pair.generating_line(wheel_turn);
-        (self.places(ROWS))
+        (self.eta_values(ROWS))
             .filter_map(|eta| line.first_contact(eta))
-            .filter(|contact| self.holds(pair, contact))
+            .filter(|contact| self.is_flank_contact(pair, contact))
             .collect()
     }
 
-    /// The line of contact of the enveloped part at the same turn.
+    /// Contact line on the enveloped zone at a wheel rotation, rad, sorted by η.
     pub fn second_line(&self, pair: &PlaneWorm, wheel_turn: f64) -> Vec<PlaneWormContact> {
         let line = pair.generating_line(wheel_turn);
         let half_turn = pair.ratio * PI;
-        let mut line: Vec<PlaneWormContact> = shares(GENERATING_TURNS)
+        let mut line: Vec<PlaneWormContact> = uniform_grid(GENERATING_INTERVALS)
             .filter_map(|share| line.second_contact(wheel_turn + half_turn * share))
-            .filter(|contact| self.holds(pair, contact))
+            .filter(|contact| self.is_flank_contact(pair, contact))
             .collect();
-        sort_rising(&mut line, |a| a.in_wheel.y);
+        sort_ascending(&mut line, |a| a.in_wheel.y);
         line
     }
 
-    /// The curve between the plane part and the enveloped part, over turns of the wheel.
+    /// Limit curve between plane and enveloped zone over a range of wheel rotations, rad.
     pub fn limit(&self, pair: &PlaneWorm, [first, last]: [f64; 2]) -> Vec<PlaneWormContact> {
         let turns = (0..=ROWS).map(|k| first + (last - first) * f64::from(k) / f64::from(ROWS));
         turns
-            .map(|turn| pair.generating_line(turn))
+            .map(|phi| pair.generating_line(phi))
             .filter_map(|line| line.first_contact(line.limit()?[1]))
-            .filter(|contact| self.reaches(pair, contact))
+            .filter(|contact| self.contains(pair, contact))
             .collect()
     }
 
-    /// The worm's edge of regression on the line of a turn of the wheel, where it lies on the teeth.
+    /// Edge of regression of the worm on the contact line at a wheel rotation, rad; `None` where it lies outside the dimensions.
     pub fn undercut(&self, pair: &PlaneWorm, wheel_turn: f64) -> Option<PlaneWormContact> {
         let line = pair.generating_line(wheel_turn);
         let contact = line.first_contact(line.undercut()?)?;
-        self.reaches(pair, &contact).then_some(contact)
+        self.contains(pair, &contact).then_some(contact)
     }
 
-    /// Places η across the tooth.
-    fn places(&self, rows: u32) -> impl Iterator<Item = f64> + use<> {
+    /// Uniform coordinates η over the face width.
+    fn eta_values(&self, intervals: u32) -> impl Iterator<Item = f64> + use<> {
         let half = 0.5 * self.face_width;
-        shares(rows).map(move |share| half * share)
+        uniform_grid(intervals).map(move |x| half * x)
     }
 }
 
-/// Equal steps from −1 to 1.
-fn shares(steps: u32) -> impl Iterator<Item = f64> {
-    (0..=steps).map(move |k| 2.0 * f64::from(k) / f64::from(steps) - 1.0)
+/// Uniform grid on [−1, 1].
+fn uniform_grid(intervals: u32) -> impl Iterator<Item = f64> {
+    (0..=intervals).map(move |k| 2.0 * f64::from(k) / f64::from(intervals) - 1.0)
 }

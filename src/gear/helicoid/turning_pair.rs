@@ -80,7 +80,7 @@ pub(super) struct Teeth<F, E> {
     /// Azimuth of the flank at a radius and a height, rad.
     pub flank: F,
     /// δ, to whole pitches.
-    pub other_flank: f64,
+    pub opposite_flank: f64,
     /// 1 where the tooth lies at azimuths above the flank, otherwise −1.
     pub sense: f64,
     /// Radii of root and tip at a height.
@@ -107,7 +107,7 @@ impl<F: Fn(f64, f64) -> Option<f64>, E: Fn(f64) -> [f64; 2]> Teeth<F, E> {
         for h in (0..=slices).map(height) {
             let [root, tip] = (self.ends)(h);
             let [own, other] = [self.side(h, [root, tip])?, self.side(-h, [root, tip])?];
-            let other: Vec<f64> = other.iter().map(|a| self.other_flank - a).collect();
+            let other: Vec<f64> = other.iter().map(|a| self.opposite_flank - a).collect();
             // The tooth is the part of a pitch behind the flank, chosen once.
             let middle = rows / 2;
             let from = *shift.get_or_insert_with(|| {

@@ -1,29 +1,29 @@
-//! Interference of a worm with its wheel: the flank that contact gives, against every turn of the worm.
+//! Interference of a worm with its wheel: depth of points of the generated flank in the thread at every rotation of the worm.
 //!
-//! A point of the wheel's flank lies on the worm's flank at its own turn. At another turn φ it has the height `z − g(ρ) − p (ψ − φ)` over
-//! the flank; where that lies in the thread the worm cuts the point away.
+//! A point of the wheel flank lies on the worm flank at the rotation of its contact. At another rotation φ its height over the flank is
+//! `z − g(ρ) − p (ψ − φ)`; a point at a height inside the thread is removed by the worm.
 
 use super::worm_pair::{WormContact, WormPair};
 use super::worm_zone::WormZone;
 use crate::gear::kernel::root::greatest;
 
-/// A point of the wheel's flank that the worm cuts away.
+/// Point of the wheel flank that the worm removes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelInterference {
-    /// The contact that would make the point.
+    /// Contact that generates the point.
     pub contact: WormContact,
-    /// Turn φ of the worm at which it cuts deepest, rad.
+    /// Rotation φ of the worm at the maximum depth, rad.
     pub worm_turn: f64,
-    /// Depth of the point in the thread, normal to the worm's flank.
+    /// Depth of the point in the thread, normal to the worm flank, in the unit of the pair.
     pub depth: f64,
 }
 
-/// Turns of the worm at which a point is tried.
+/// Scan intervals of the rotation of the worm for a point.
 const TURNS: u32 = 96;
 
 impl WormZone {
-    /// The contact whose point lies deepest in the thread at another turn of the worm, between two turns; none where all depths are below
-    /// `tolerance`. `thickness` is that of the thread along the axis where the flank passes z = 0.
+    /// Contact whose point lies deepest in the thread between two rotations of the worm, rad; `None` where no depth exceeds `tolerance`.
+    /// `thickness`: axial thickness of the thread where the flank passes z = 0.
     pub fn interference<'a>(
         &self,
         pair: &WormPair,
@@ -31,7 +31,7 @@ impl WormZone {
         turns: [f64; 2],
         [thickness, tolerance]: [f64; 2],
     ) -> Option<WheelInterference> {
-        let found = contacts.into_iter().filter_map(|contact| {
+        let removed = contacts.into_iter().filter_map(|contact| {
             let depth = |turn: f64| self.depth_in_thread(pair, contact, turn, thickness);
             let [worm_turn, depth] = greatest(turns, TURNS, depth)?;
             (depth > tolerance).then_some(WheelInterference {
@@ -40,10 +40,10 @@ impl WormZone {
                 depth,
             })
         });
-        found.max_by(|a, b| a.depth.total_cmp(&b.depth))
+        removed.max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    /// Depth in the thread of the wheel's point that a contact makes, at a turn of the worm; none where the worm does not reach it.
+    /// Depth in the thread of the wheel point of a contact at a rotation of the worm, rad; `None` where the worm does not reach the point.
     pub fn depth_in_thread(
         &self,
         pair: &WormPair,
@@ -58,10 +58,10 @@ impl WormZone {
         if !(radius <= self.radii[1] && z.abs() <= 0.5 * self.length) {
             return None;
         }
-        let at = pair.worm.at(radius)?;
-        let height = z - at.height - pair.worm.lead * (r.y.atan2(x) - turn);
-        let steep = pair.worm.lead / radius;
-        let across = (1.0 + at.slope * at.slope + steep * steep).sqrt();
-        Some(height.min(thickness - 2.0 * at.height - height) / across)
+        let g = pair.worm.at(radius)?;
+        let height = z - g.height - pair.worm.lead * (r.y.atan2(x) - turn);
+        let tan_lead = pair.worm.lead / radius;
+        let normal_length = (1.0 + g.slope * g.slope + tan_lead * tan_lead).sqrt();
+        Some(height.min(thickness - 2.0 * g.height - height) / normal_length)
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn worm_and_wheel(
 
 impl WormPair {
     /// The pair without backlash over one pitch of a worm of some starts and a wheel of some teeth; none where a flank does not reach its tip.
-    pub fn turning(&self, zone: &WormZone, [starts, teeth]: [u32; 2]) -> Option<TurningPair> {
+    pub fn turning_pair(&self, zone: &WormZone, [starts, teeth]: [u32; 2]) -> Option<TurningPair> {
         let (a, p) = (self.centre_distance, self.worm.lead);
         let [low, tip] = zone.radii;
         let clearance = CLEARANCE * (tip - low);
@@ -67,7 +67,7 @@ impl WormPair {
         let worm = Teeth {
             count: starts,
             flank: |radius: f64, z: f64| Some(z / p + self.worm.transverse_azimuth(radius)?),
-            other_flank,
+            opposite_flank: other_flank,
             sense: -1.0,
             ends: |_| [low - clearance, tip],
             bore: 0.0,
@@ -82,7 +82,7 @@ impl WormPair {
         let wheel = Teeth {
             count: teeth,
             flank: |radius: f64, h: f64| self.wheel_azimuth(zone, radius, -h),
-            other_flank: self.ratio * other_flank,
+            opposite_flank: self.ratio * other_flank,
             sense: 1.0,
             ends: |h: f64| {
                 [
@@ -135,12 +135,12 @@ impl WormPair {
     /// Points of a line of contact in space.
     fn shown(&self, line: &[WormContact]) -> Vec<Vector> {
         let centre = Vector::X * self.centre_distance;
-        every(line, SHOWN).map(|c| c.from_wheel + centre).collect()
+        stride(line, SHOWN).map(|c| c.from_wheel + centre).collect()
     }
 }
 
-/// Every so many items, and the last.
-pub(super) fn every<T>(items: &[T], step: usize) -> impl Iterator<Item = &T> {
+/// Every `step`-th item, and the last one.
+pub(super) fn stride<T>(items: &[T], step: usize) -> impl Iterator<Item = &T> {
     let last = items.last().filter(|_| items.len() % step != 1);
     items.iter().step_by(step).chain(last)
 }

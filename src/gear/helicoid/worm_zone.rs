@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::worm_pair::{WormContact, WormPair};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Radii of a line of contact.
 const ROWS: usize = 40;
@@ -93,7 +93,7 @@ impl WormZone {
             })
             .filter(|contact| self.holds(contact))
             .collect();
-        sort_rising(&mut points, |a| a.azimuth);
+        sort_ascending(&mut points, |a| a.azimuth);
         ContactLine { worm_turn, points }
     }
 

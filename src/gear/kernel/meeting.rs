@@ -7,7 +7,7 @@ use super::vector::Vector;
 
 /// A jet carried by a motion, with the function f of meshing and its gradient over u, θ and x.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
+pub struct MeshingState {
     /// The carried jet, in coordinates of the work.
     pub jet: Jet,
     /// Velocity v of its point over x.
@@ -20,18 +20,18 @@ pub struct Meeting {
     pub gradient: [f64; 3],
 }
 
-impl Meeting {
+impl MeshingState {
     /// A jet of the moving body at a state of its motion.
     ///
     /// `f_u = n_u·v + n·(w×r_u)`, f_θ alike, `f_x = (w×n)·v + n·a`.
     #[inline]
-    pub fn new(jet: &Jet, state: &MotionState) -> Meeting {
+    pub fn new(jet: &Jet, state: &MotionState) -> MeshingState {
         let jet = jet.moved(&state.pose);
         let velocity = state.velocity.at(jet.r);
         let angular = state.velocity.w;
         let (f, [f_u, f_theta]) = condition(&jet, &state.velocity);
         let f_x = angular.cross(jet.n).dot(velocity) + jet.n.dot(state.acceleration(jet.r));
-        Meeting {
+        MeshingState {
             jet,
             velocity,
             angular,
@@ -42,8 +42,8 @@ impl Meeting {
 
     /// A surface that does not move: its envelope is itself, `f = x`.
     #[inline]
-    pub fn at_rest(jet: &Jet, state: &MotionState, x: f64) -> Meeting {
-        Meeting {
+    pub fn at_rest(jet: &Jet, state: &MotionState, x: f64) -> MeshingState {
+        MeshingState {
             jet: jet.moved(&state.pose),
             velocity: Vector::ZERO,
             angular: Vector::ZERO,

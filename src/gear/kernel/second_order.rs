@@ -4,7 +4,7 @@
 //! line over both bodies.
 
 use super::jet::Jet;
-use super::meeting::Meeting;
+use super::meeting::MeshingState;
 use super::vector::Vector;
 
 /// Curvature operator W of a surface at a point, `dn = −W dr`: metal that bulges is negative.
@@ -91,7 +91,7 @@ impl Curvature {
 
 impl SecondOrder {
     /// The second order at a meeting with f = 0; none where the jet's tangents are parallel.
-    pub fn of(meeting: &Meeting) -> Option<SecondOrder> {
+    pub fn of(meeting: &MeshingState) -> Option<SecondOrder> {
         let jet = &meeting.jet;
         let tool = Curvature::of(jet)?;
         let [f_u, f_theta, f_x] = meeting.gradient;

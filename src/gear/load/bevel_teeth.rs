@@ -1,9 +1,9 @@
-//! Teeth of a bevel pair as plates: middle plane, thickness and the direction of the normal force from both flanks.
+//! Bevel teeth as plates: middle plane, thickness and direction of the normal force from both flanks.
 //!
-//! At a place `[z, radius]` of the section both flanks have the azimuth between them and their normals; the middle plane is normal to the
-//! difference m of these. The thickness is the arc times m's part along it, the depth below the loaded flank half of it over n·m. A force
-//! acts where its line crosses the middle plane. Flanks go down to the root cone as the straight blades would cut them: the root line
-//! stands for the fillet. Below the end of a flank (undercut limit) the tooth is as thick as at the end.
+//! At a position `[z, radius]` of the section, the unit vector m along the difference of the normals of both flanks is normal to the middle
+//! plane. The thickness is the arc between the flanks times the component of m along it, the depth of the middle plane below the loaded
+//! flank half the thickness over n·m. A force acts where its line intersects the middle plane. Flanks are extended to the root cone by the
+//! straight blades, which replaces the fillet. Below the end of a flank (undercut limit) the thickness is constant.
 
 use super::contact_line::ToothLoad;
 use super::flank_position::ToothBending;
@@ -14,41 +14,41 @@ use crate::gear::bevel::tooth::BevelTooth;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::kernel::vector::Vector;
 
-/// Nodes of a tooth's table along face and height.
+/// Nodes of the table of a tooth along face and along height.
 const NODES: usize = 9;
-/// Least thickness of the plate over its greatest: a pointed tip.
-const THINNEST: f64 = 0.02;
+/// Minimum plate thickness relative to the maximum, for a pointed tip.
+const MIN_THICKNESS: f64 = 0.02;
 
-/// Teeth of pinion and gear.
+/// Plate models of the teeth of pinion and gear.
 #[derive(Debug, Clone)]
 pub struct BevelTeeth {
     members: [PlateMember; 2],
 }
 
-/// A tooth with its plate.
+/// Tooth of a member with its plate.
 #[derive(Debug, Clone)]
 struct PlateMember {
     section: ToothSection,
     plate: ToothPlate,
-    /// By face, each by height.
-    table: Vec<ToothPlace>,
+    /// Nodes by face, each column by height.
+    table: Vec<ToothNode>,
 }
 
-/// A tooth at a place of its section.
+/// Tooth at a position of its section.
 #[derive(Debug, Clone, Copy)]
-struct ToothPlace {
+struct ToothNode {
     /// Thickness normal to the middle plane, m.
     thickness: f64,
-    /// Cosine of the loaded flank's normal with that of the middle plane.
+    /// Cosine of the angle between the normals of loaded flank and middle plane.
     cosine: f64,
-    /// Parts of the loaded flank's normal along z and radius.
+    /// Components of the unit normal of the loaded flank along z and radius.
     normal: [f64; 2],
     /// Cosine of the spiral angle of the middle plane.
     spiral: f64,
 }
 
 impl BevelTeeth {
-    /// Teeth whose flanks `loaded` (of pinion and gear: 0 concave, 1 convex) carry; none where a flank does not exist over the whole face.
+    /// Teeth with the loaded flanks of pinion and gear (0 concave, 1 convex); `None` where a flank does not exist over the full face.
     ///
     /// # Errors
     /// As `ToothPlate::new`.
@@ -72,13 +72,13 @@ impl BevelTeeth {
 }
 
 impl ToothBending for BevelTeeth {
-    fn at(&self, member: usize, place: [f64; 2]) -> Option<ToothLoad> {
-        let of = &self.members[member];
-        let here = of.at(of.section.shares(place)?);
-        let depth = 0.5 * here.thickness / here.cosine;
-        // Where the line of the force crosses the middle plane.
-        let crossing = [0, 1].map(|k| place[k] - depth * here.normal[k]);
-        let (shape, response) = of.plate.load(of.section.shares(crossing)?, here.cosine);
+    fn at(&self, member: usize, position: [f64; 2]) -> Option<ToothLoad> {
+        let tooth = &self.members[member];
+        let node = tooth.at(tooth.section.shares(position)?);
+        let depth = 0.5 * node.thickness / node.cosine;
+        // Intersection of the line of the force with the middle plane.
+        let point = [0, 1].map(|k| position[k] - depth * node.normal[k]);
+        let (shape, response) = tooth.plate.load(tooth.section.shares(point)?, node.cosine);
         Some(ToothLoad {
             depth,
             shape,
@@ -99,29 +99,28 @@ impl PlateMember {
     ) -> Result<Option<PlateMember>, Error> {
         let section = tooth.flanks[0].section;
         let share = |i: usize| i as f64 / (NODES - 1) as f64;
-        let column = |face: usize| -> Option<[ToothPlace; NODES]> {
+        let column = |face: usize| -> Option<[ToothNode; NODES]> {
             let at =
-                |height: usize| tooth_place(tooth, loaded, &section, [share(face), share(height)]);
-            let places: [Option<ToothPlace>; NODES] = std::array::from_fn(at);
-            let lowest = places.iter().position(Option::is_some)?;
-            let filled: Option<Vec<ToothPlace>> =
-                (0..NODES).map(|j| places[j.max(lowest)]).collect();
+                |height: usize| tooth_node(tooth, loaded, &section, [share(face), share(height)]);
+            let nodes: [Option<ToothNode>; NODES] = std::array::from_fn(at);
+            let lowest = nodes.iter().position(Option::is_some)?;
+            let filled: Option<Vec<ToothNode>> = (0..NODES).map(|j| nodes[j.max(lowest)]).collect();
             filled?.try_into().ok()
         };
-        let columns: Option<Vec<[ToothPlace; NODES]>> = (0..NODES).map(column).collect();
+        let columns: Option<Vec<[ToothNode; NODES]>> = (0..NODES).map(column).collect();
         let Some(mut table) = columns.map(|columns| columns.concat()) else {
             return Ok(None);
         };
-        let thickest = table.iter().map(|p| p.thickness).fold(0.0, f64::max);
+        let max_thickness = table.iter().map(|p| p.thickness).fold(0.0, f64::max);
         table
             .iter_mut()
-            .for_each(|p| p.thickness = p.thickness.max(THINNEST * thickest));
-        let spiral = interpolated(&table, [0.5, 0.5]).spiral;
+            .for_each(|p| p.thickness = p.thickness.max(MIN_THICKNESS * max_thickness));
+        let spiral = interpolate(&table, [0.5, 0.5]).spiral;
         let shape = PlateShape {
-            corners: unrolled(&section, spiral),
+            corners: plane_corners(&section, spiral),
             material,
         };
-        let plate = ToothPlate::new(&shape, |at| interpolated(&table, at).thickness)?;
+        let plate = ToothPlate::new(&shape, |shares| interpolate(&table, shares).thickness)?;
         Ok(Some(PlateMember {
             section,
             plate,
@@ -129,39 +128,39 @@ impl PlateMember {
         }))
     }
 
-    fn at(&self, at: [f64; 2]) -> ToothPlace {
-        interpolated(&self.table, at)
+    fn at(&self, shares: [f64; 2]) -> ToothNode {
+        interpolate(&self.table, shares)
     }
 }
 
-/// A tooth at shares of face and height; none where a flank does not exist there.
-fn tooth_place(
+/// Tooth at shares of face and height; `None` where a flank does not exist there.
+fn tooth_node(
     tooth: &BevelTooth,
     loaded: usize,
     section: &ToothSection,
     [face, height]: [f64; 2],
-) -> Option<ToothPlace> {
-    let place = section.at(face, height);
+) -> Option<ToothNode> {
+    let position = section.at(face, height);
     let [low, high] = tooth.by_azimuth();
-    let (of_low, of_high) = (
-        tooth.blade_point(low, place)?,
-        tooth.blade_point(high, place)?,
+    let (lower, upper) = (
+        tooth.blade_point(low, position)?,
+        tooth.blade_point(high, position)?,
     );
     let [n_low, n_high] =
-        [&of_low.0, &of_high.0].map(|p| cylindrical(p.point.coordinates, p.normal.components));
+        [&lower.0, &upper.0].map(|p| cylindrical(p.point.coordinates, p.normal.components));
     let m = (n_high - n_low).unit()?;
     let n = if loaded == high { n_high } else { n_low };
     let section_line = along_face(section);
-    let along = m.x * section_line[1] + m.z * section_line[0];
-    Some(ToothPlace {
-        thickness: place[1] * (of_high.1 - of_low.1) * m.y.abs(),
+    let face_component = m.x * section_line[1] + m.z * section_line[0];
+    Some(ToothNode {
+        thickness: position[1] * (upper.1 - lower.1) * m.y.abs(),
         cosine: n.dot(m).abs(),
         normal: [n.z, n.x],
-        spiral: m.y.abs() / m.y.hypot(along),
+        spiral: m.y.abs() / m.y.hypot(face_component),
     })
 }
 
-/// Parts of a vector at a point along radius, arc and z.
+/// Components of a vector at a point along radius, arc and z.
 fn cylindrical(point: Vector, vector: Vector) -> Vector {
     let rho = f64::hypot(point.x, point.y);
     let (cos, sin) = (point.x / rho, point.y / rho);
@@ -172,7 +171,7 @@ fn cylindrical(point: Vector, vector: Vector) -> Vector {
     )
 }
 
-/// Unit vector `[z, radius]` along the root from toe to heel.
+/// Unit vector `[z, radius]` along the root line from toe to heel.
 fn along_face(section: &ToothSection) -> [f64; 2] {
     let [[toe, _], [heel, _]] = section.corners;
     let (dz, dr) = (heel[0] - toe[0], heel[1] - toe[1]);
@@ -180,35 +179,35 @@ fn along_face(section: &ToothSection) -> [f64; 2] {
     [dz / length, dr / length]
 }
 
-/// Corners of the middle plane: along the root, lengthened by the spiral angle, and up from it.
-fn unrolled(section: &ToothSection, spiral: f64) -> [[[f64; 2]; 2]; 2] {
+/// Corners of the middle plane, m: coordinates along the root line, lengthened by the spiral angle, and perpendicular to it.
+fn plane_corners(section: &ToothSection, spiral: f64) -> [[[f64; 2]; 2]; 2] {
     let [z, r] = along_face(section);
     let origin = section.corners[0][0];
     section.corners.map(|side| {
         side.map(|corner| {
-            let off = [corner[0] - origin[0], corner[1] - origin[1]];
+            let offset = [corner[0] - origin[0], corner[1] - origin[1]];
             [
-                (off[0] * z + off[1] * r) / spiral,
-                (off[1] * z - off[0] * r).abs(),
+                (offset[0] * z + offset[1] * r) / spiral,
+                (offset[1] * z - offset[0] * r).abs(),
             ]
         })
     })
 }
 
-/// Bilinear interpolation of a table at shares of face and height, constant beyond its ends.
-fn interpolated(table: &[ToothPlace], at: [f64; 2]) -> ToothPlace {
+/// Bilinear interpolation of a table at shares of face and height, constant outside.
+fn interpolate(table: &[ToothNode], shares: [f64; 2]) -> ToothNode {
     let cells = (NODES - 1) as f64;
-    let [(i, s), (j, t)] = at.map(|share| {
+    let [(i, s), (j, t)] = shares.map(|share| {
         let x = share.clamp(0.0, 1.0) * cells;
         let cell = x.floor().min(cells - 1.0);
         (cell as usize, x - cell)
     });
     let node = |di: usize, dj: usize| &table[(i + di) * NODES + j + dj];
-    let mean = |of: fn(&ToothPlace) -> f64| {
-        (1.0 - s) * ((1.0 - t) * of(node(0, 0)) + t * of(node(0, 1)))
-            + s * ((1.0 - t) * of(node(1, 0)) + t * of(node(1, 1)))
+    let mean = |quantity: fn(&ToothNode) -> f64| {
+        (1.0 - s) * ((1.0 - t) * quantity(node(0, 0)) + t * quantity(node(0, 1)))
+            + s * ((1.0 - t) * quantity(node(1, 0)) + t * quantity(node(1, 1)))
     };
-    ToothPlace {
+    ToothNode {
         thickness: mean(|p| p.thickness),
         cosine: mean(|p| p.cosine),
         normal: [mean(|p| p.normal[0]), mean(|p| p.normal[1])],

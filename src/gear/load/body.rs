@@ -97,13 +97,13 @@ impl Body {
             return Ok(());
         }
         let message = format!(
-            "bore radius is {:.4} mm; the elastic ring holds from {:.4} mm to below the root radius of {:.4} mm",
+            "bore radius is {:.4} mm; the elastic ring is valid from {:.4} mm to below the root radius of {:.4} mm",
             1e3 * bore_radius,
             1e3 * least,
             1e3 * root_radius
         );
-        let error = Error::new(Code::OutOfRange, message).about("bore_diameter");
-        Err(error.with_hint("take the half plane for a solid body"))
+        let error = Error::new(Code::OutOfRange, message).with_key("bore_diameter");
+        Err(error.with_hint("use the half plane for a solid body"))
     }
 
     /// Statement of the first quantity of a tooth's foot outside the range the model was fitted over, with the limits.

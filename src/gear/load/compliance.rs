@@ -122,14 +122,14 @@ impl PairCompliance {
                     let message =
                         "the elastic ring model is for gears on a shaft, not for an internal gear";
                     return Err(Error::new(Code::Conflict, message)
-                        .about("body")
-                        .with_hint("take the half plane for an internal gear"));
+                        .with_key("body")
+                        .with_hint("use the half plane for an internal gear"));
                 }
                 let section = |i: usize| {
                     let outline = &pair.outlines[i];
                     let body = bodies[i].check(outline.root_radius);
                     let tooth = body.and_then(|()| ToothSection::new(outline, materials[i]));
-                    tooth.map_err(|error| error.in_part(MEMBERS[i]))
+                    tooth.map_err(|error| error.with_part(MEMBERS[i]))
                 };
                 let teeth = [section(0)?, section(1)?];
                 Ok(PairCompliance::Energy {

@@ -1,22 +1,22 @@
-//! Places where the teeth of a pair touch as the gears turn: on the line of action, or with a tip corner off it; the gap there.
+//! Path of contact of a tooth pair: contact points on the line of action, and tip-corner contact off the line with its gap.
 //!
-//! The pinion turned by φ from contact at the pitch point C meets its mate at the length of roll `s = s_C + r_b1 φ + j p_bt` of tooth
-//! pair j. Before A the tip corner of gear 2 faces the flank of gear 1, beyond E the corner of gear 1 that of gear 2. Involutes of a
-//! base circle are parallel curves, so the gap of a corner is the length of the base circle between its involute and the flank: the gear
-//! of the flank turned by it touches the corner, and the force along the flank's normal turns that gear with its base radius. So a pair
-//! has the same gaps and forces whichever gear is named first.
+//! At a pinion rotation φ from contact at the pitch point C, tooth pair j touches at the length of roll `s = s_C + r_b1 φ + j p_bt`. Before
+//! A the tip corner of gear 2 faces the flank of gear 1, beyond E the corner of gear 1 the flank of gear 2. Involutes of a base circle are
+//! parallel curves, so the gap of a corner is the arc of the base circle between its involute and the flank: rotating the gear of the
+//! flank by this arc closes the gap, and the lever arm of the force along the flank normal is the base radius of that gear. Gaps and
+//! forces do not depend on the order of the gears.
 
 use crate::gear::cylindrical::pair::Pair;
 
-/// Base pitches beyond the ends of the path over which corners are followed.
+/// Range of corner contact beyond the ends of the path, in base pitches.
 const CORNER_REACH: f64 = 0.5;
 
-/// The path of contact of a pair in one transverse section.
+/// Path of contact of a pair in a transverse section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPath {
-    /// Base radii, m.
+    /// Base radii of both gears, m.
     pub base: [f64; 2],
-    /// Lengths of roll at the pitch point, m.
+    /// Lengths of roll of both gears at the pitch point, m.
     pub pitch_rolls: [f64; 2],
     /// Lengths of roll at the form and the tip diameter of each gear, m.
     pub flank_ends: [[f64; 2]; 2],
@@ -28,19 +28,19 @@ pub struct ContactPath {
     sense: f64,
 }
 
-/// A place where a pair of flanks touches or would touch.
+/// Contact or closest points of a pair of flanks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPlace {
     /// Lengths of roll on both flanks, m.
     pub rolls: [f64; 2],
     /// Gap of the involutes along the normal, m.
     pub gap: f64,
-    /// The gear whose tip corner touches.
+    /// Index of the gear in tip-corner contact; `None` on the line of action.
     pub corner: Option<usize>,
 }
 
 impl ContactPath {
-    /// The path of a pair.
+    /// Path of contact of a cylindrical pair.
     pub fn new(pair: &Pair) -> ContactPath {
         let geometry = pair.path_geometry();
         let pitch_rolls = geometry.pitch_point();
@@ -58,21 +58,21 @@ impl ContactPath {
         }
     }
 
-    /// The lengths of roll of gear 1 between which a pair may touch, corners included, m.
+    /// Range of the length of roll of gear 1 in which a pair may touch, corner contact included, m.
     pub fn reach(&self) -> [f64; 2] {
         let [start, end] = self.ends;
-        let beyond = CORNER_REACH * self.base_pitch;
-        [start - beyond, end + beyond]
+        let extension = CORNER_REACH * self.base_pitch;
+        [start - extension, end + extension]
     }
 
-    /// Relative radius of curvature in the transverse section, m; none at a corner and at a base circle.
+    /// Relative radius of curvature in the transverse section, m; `None` at a corner and at a base circle.
     pub fn relative_radius(&self, place: &ContactPlace) -> Option<f64> {
         let [first, second] = place.rolls;
         let curvature = first.recip() + self.sense * second.recip();
         (place.corner.is_none() && first > 0.0 && second > 0.0).then(|| curvature.recip())
     }
 
-    /// The place of a pair whose flanks would meet at the length of roll `roll` of gear 1; `None` out of reach.
+    /// Contact of a pair whose involutes touch at the length of roll `roll`, m, of gear 1; `None` out of range.
     pub fn place(&self, roll: f64) -> Option<ContactPlace> {
         let mate = self.pitch_rolls[1] - self.sense * (roll - self.pitch_rolls[0]);
         let rolls = [roll, mate];
@@ -90,39 +90,39 @@ impl ContactPath {
         })
     }
 
-    /// The tip corner of a gear at the flank of its mate, both flanks at the rolls at which they cross the line of action.
+    /// Contact of the tip corner of gear `tip` with the mating flank; `rolls`: lengths of roll of both flanks on the line of action, m.
     fn corner(&self, tip: usize, rolls: [f64; 2]) -> Option<ContactPlace> {
         let flank = 1 - tip;
         let tip_roll = self.flank_ends[tip][1];
-        // Where a fillet ended the path before the tip reached it, nothing touches in between.
-        let beyond_tip = (rolls[tip] - tip_roll) * self.outward(tip) > 0.0;
-        if !beyond_tip {
+        // If the fillet ends the path before the tip, there is no contact in between.
+        let is_beyond_tip = (rolls[tip] - tip_roll) * self.outward(tip) > 0.0;
+        if !is_beyond_tip {
             return None;
         }
-        let at_tip = involute_point(self.base[tip], rolls[tip], tip_roll);
-        let at_flank = self.in_frame_of(flank, at_tip);
-        let crossing = Involute::through(self.base[flank], at_flank)?;
+        let tip_point = involute_point(self.base[tip], rolls[tip], tip_roll);
+        let flank_frame_point = self.to_gear_frame(flank, tip_point);
+        let crossing = Involute::through(self.base[flank], flank_frame_point)?;
         let [form, mate_tip] = self.flank_ends[flank];
-        let on_flank = (crossing.roll - form) * (crossing.roll - mate_tip) <= 0.0;
+        let is_on_flank = (crossing.roll - form) * (crossing.roll - mate_tip) <= 0.0;
         let gap = self.outward(flank) * (crossing.on_line - rolls[flank]);
-        let mut touching = [0.0; 2];
-        touching[tip] = tip_roll;
-        touching[flank] = crossing.roll;
-        (on_flank && gap >= 0.0).then_some(ContactPlace {
-            rolls: touching,
+        let mut contact_rolls = [0.0; 2];
+        contact_rolls[tip] = tip_roll;
+        contact_rolls[flank] = crossing.roll;
+        (is_on_flank && gap >= 0.0).then_some(ContactPlace {
+            rolls: contact_rolls,
             gap,
             corner: Some(tip),
         })
     }
 
-    /// +1 of a gear whose metal lies at the shorter rolls of the line and whose tip at the longest roll; −1 of an internal gear.
+    /// Direction of the tip along the length of roll: +1 for an external, −1 for an internal gear.
     fn outward(&self, gear: usize) -> f64 {
         if gear == 1 { self.sense } else { 1.0 }
     }
 
-    /// A point in the frame of the other gear. A frame has the tangent point of the line of action as origin, the line as x axis in the
-    /// direction of growing roll, and the gear's axis at y = −r_b.
-    fn in_frame_of(&self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+    /// Transforms a point, m, from the frame of the mate to that of `gear`. The origin of a frame is the tangent point of the line of
+    /// action, the x axis the line in the direction of increasing roll; the gear axis is at y = −r_b.
+    fn to_gear_frame(&self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
         let length = self.pitch_rolls[1] + self.sense * self.pitch_rolls[0];
         match self.sense > 0.0 {
             true => [length - x, -y],
@@ -132,36 +132,36 @@ impl ContactPath {
     }
 }
 
-/// The point of roll `roll` on an involute that crosses the line of action at the roll `on_line`.
+/// Point at the length of roll `roll` on an involute that crosses the line of action at the length of roll `on_line`, m.
 fn involute_point(base: f64, on_line: f64, roll: f64) -> [f64; 2] {
-    let turn = (roll - on_line) / base;
-    let (sine, cosine) = turn.sin_cos();
-    // 1 − cos by half angles: corners lie near the line.
-    let half = (0.5 * turn).sin();
+    let rotation = (roll - on_line) / base;
+    let (sine, cosine) = rotation.sin_cos();
+    // 1 − cos by half angles, since corners lie near the line of action.
+    let sine_of_half = (0.5 * rotation).sin();
     [
         roll * cosine - base * sine,
-        roll * sine - 2.0 * base * half * half,
+        roll * sine - 2.0 * base * sine_of_half * sine_of_half,
     ]
 }
 
-/// The involute of a base circle through a point.
+/// Involute of a base circle through a point.
 struct Involute {
-    /// Length of roll at the point.
+    /// Length of roll at the point, m.
     roll: f64,
-    /// Length of roll at which it crosses the line of action.
+    /// Length of roll at the intersection with the line of action, m.
     on_line: f64,
 }
 
 impl Involute {
-    /// `None` inside the base circle.
+    /// Involute through a point, m; `None` inside the base circle.
     fn through(base: f64, [x, y]: [f64; 2]) -> Option<Involute> {
         // R² − r_b² = x² + y² + 2 y r_b.
         let square = x * x + y * (y + 2.0 * base);
         let roll = (square >= 0.0).then(|| square.sqrt())?;
-        let turn = (roll / base).atan() - x.atan2(y + base);
+        let rotation = (roll / base).atan() - x.atan2(y + base);
         Some(Involute {
             roll,
-            on_line: roll - base * turn,
+            on_line: roll - base * rotation,
         })
     }
 }

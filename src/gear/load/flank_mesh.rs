@@ -8,7 +8,7 @@ use super::contact_line::{ContactCell, ContactLine};
 use super::elliptic_contact::EllipticContact;
 use super::flank_position::{FlankPosition, ToothBending};
 use super::flank_result::{FlankCycle, FlankMeshResult, StripChange};
-use super::load_path::CarryingChange;
+use super::load_path::ActiveSetChange;
 use super::loaded_lines::{LineLoads, LoadedLines};
 use super::material::Material;
 use crate::base::code::Code;
@@ -23,7 +23,7 @@ const MAX_PITCHES: f64 = 2.5;
 /// Smallest relative curvature across a contact, 1/m: radius limit of 10 m for closely conforming flanks.
 const MIN_CURVATURE: f64 = 0.1;
 /// Smallest aspect ratio a/b resolved by strips: five cells of 1.2 half widths.
-pub const LEAST_ASPECT: f64 = 2.9;
+pub const MIN_ASPECT: f64 = 2.9;
 /// Largest gap of a tooth pair closed by load, in transverse modules of the gear; pairs with a larger gap are excluded.
 const MAX_GAP: f64 = 0.1;
 
@@ -129,7 +129,7 @@ impl<'a> FlankMesh<'a> {
         let highest = highest.ok_or_else(|| {
             let message = format!("no tooth pair can touch at the pinion angle {:.4} deg", angle.to_degrees());
             Error::new(Code::OutOfRange, message)
-                .with_hint("the teeth part before the next pair meets: give larger face angles or another [assembly]")
+                .with_hint("the teeth separate before the next pair touches: give larger face angles or another [assembly]")
         })?;
         let leading = self.pair.leading(self.path, angle);
         let unloaded_te = leading.map_or(highest, |leading| {
@@ -242,7 +242,7 @@ impl<'a> FlankMesh<'a> {
         let changes_at = |i: &usize| {
             let position = self.position(self.angle(*i))?;
             let changes = position.lines.changes(torque / ratio)?;
-            let strip = |change: &CarryingChange| StripChange {
+            let strip = |change: &ActiveSetChange| StripChange {
                 torque: change.torque * ratio,
                 pair: position.lines.lines[change.line].pair,
                 face: position.ridges[change.line][change.cell].face,
@@ -272,7 +272,7 @@ impl<'a> FlankMesh<'a> {
         let chord = (ridge[top + 1].point - ridge[top - 1].point).unit()?;
         let curvatures = principal(along, centre.curvature, chord.dot(centre.along_height))?;
         let unit = EllipticContact::new(curvatures, 1.0, &self.options.materials)?;
-        (unit.aspect() < LEAST_ASPECT).then(|| {
+        (unit.aspect() < MIN_ASPECT).then(|| {
             let cell = ContactCell {
                 along: cells[top].along + offset,
                 gap: (cells[top].gap + 0.5 * at_top * offset).max(0.0),

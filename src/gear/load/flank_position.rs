@@ -2,7 +2,7 @@
 
 use super::contact_line::{ContactLine, ToothLoad};
 use super::elliptic_contact::greatest_shear;
-use super::flank_result::{FlankLoad, LoadedPlace};
+use super::flank_result::{FlankLoad, LoadedCell};
 use super::loaded_lines::{LineLoads, LoadedLines};
 use super::tooth_plate::RootMoment;
 use crate::gear::contact::ridge::RidgePoint;
@@ -50,7 +50,7 @@ impl FlankPosition {
             pressure: None,
             edge_share: 0.0,
             shear: None,
-            coarse: 0.0,
+            cell_width_ratio: 0.0,
             ellipses: 0,
             overhang: 0.0,
             root_moments: Vec::with_capacity(self.lines.lines.len()),
@@ -77,9 +77,9 @@ impl FlankPosition {
                         load.ellipses += 1;
                         load.overhang = load.overhang.max(aspect * width / reach);
                     }
-                    _ => load.coarse = load.coarse.max(width / cell.length),
+                    _ => load.cell_width_ratio = load.cell_width_ratio.max(width / cell.length),
                 }
-                load.places.push(LoadedPlace {
+                load.places.push(LoadedCell {
                     pair: line.pair,
                     at: self.ridges[k][i].places,
                     face: self.ridges[k][i].face,

@@ -1,25 +1,25 @@
-//! Loaded contact of flanks over one pitch: transmission error, stiffness, shares, pressure and places by torque and position.
+//! Results of loaded flank contact over one pitch: transmission error, stiffness, load sharing, pressure and loaded cells.
 
 use std::collections::BTreeMap;
 
 use super::tooth_plate::RootMoment;
 
-/// A change of the set of strips that carry as the load is raised.
+/// Change of the set of loaded strips as the torque increases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StripChange {
     /// Torque at the pinion, N·m.
     pub torque: f64,
-    /// The pair of teeth.
+    /// Number of the tooth pair.
     pub pair: i32,
-    /// Share of the pinion's face.
+    /// Position along the face of the pinion, 0 at the toe to 1 at the heel.
     pub face: f64,
-    /// The strip begins to carry; else it ceases.
+    /// True if the strip becomes loaded, false if it becomes unloaded.
     pub begins: bool,
 }
 
 impl StripChange {
-    /// Torque at which so many pairs of teeth carry for the first time on a path from zero; none where they never do or do from the start.
-    pub fn first_with(path: &[StripChange], pairs: usize) -> Option<f64> {
+    /// Lowest torque, N·m, at which `pairs` tooth pairs are loaded on a path from zero; `None` if never or from the start.
+    pub fn onset_torque(path: &[StripChange], pairs: usize) -> Option<f64> {
         let mut strips: BTreeMap<i32, i64> = BTreeMap::new();
         let first = path.iter().find(|change| {
             *strips.entry(change.pair).or_default() += if change.begins { 1 } else { -1 };
@@ -29,101 +29,101 @@ impl StripChange {
     }
 }
 
-/// A cell that carries.
+/// Loaded cell of a contact line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadedPlace {
-    /// The pair of teeth.
+pub struct LoadedCell {
+    /// Number of the tooth pair.
     pub pair: i32,
-    /// `[z, radius]` in the frames of pinion and gear, m.
+    /// Position `[z, radius]` in the frames of pinion and gear, m.
     pub at: [[f64; 2]; 2],
-    /// Share of the pinion's face.
+    /// Position along the face of the pinion, 0 at the toe to 1 at the heel.
     pub face: f64,
     /// Normal force, N.
     pub force: f64,
-    /// Force of a unit length, N/m: of an ellipse the greatest, half width times pressure times π/2.
+    /// Force per unit length, N/m: half width times pressure times π/2, for an ellipse the maximum.
     pub line_load: f64,
-    /// Greatest pressure, Pa.
+    /// Maximum pressure, Pa.
     pub pressure: f64,
     /// Half width of the contact, m.
     pub width: f64,
-    /// It lies on an edge.
+    /// True for a cell on an edge.
     pub on_edge: bool,
 }
 
-/// The flanks at one position under one torque.
+/// Loaded flank contact at one position under one torque.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlankLoad {
-    /// Transmission error, rad at the gear: positive where it leads.
+    /// Transmission error, rad at the gear, positive for a leading gear.
     pub te: f64,
-    /// Secant stiffness T/Δ between no load and this one, N·m/rad at the gear.
+    /// Secant stiffness T/Δ from zero load, N·m/rad at the gear.
     pub secant: f64,
     /// Tangent stiffness dT/dΔ, N·m/rad at the gear.
     pub tangent: f64,
-    /// Pairs of teeth that can touch, each with its share of the torque.
+    /// Tooth pairs in the range of contact, each with its share of the torque.
     pub shares: Vec<(i32, f64)>,
-    /// Greatest pressure within the flanks, away from edges that carry, Pa; none where there is no such place.
+    /// Maximum pressure within the flanks, away from loaded edges, Pa; `None` without a loaded cell there.
     pub pressure: Option<f64>,
-    /// Share of the torque on edges, whose pressure has no bound.
+    /// Share of the torque on edges, where the pressure is singular.
     pub edge_share: f64,
-    /// Depth, m, and size, Pa, of the greatest shear below the place of that pressure.
+    /// Depth, m, and value, Pa, of the maximum shear stress below the cell of maximum pressure.
     pub shear: Option<[f64; 2]>,
-    /// Largest half width of the contact over the length of its cell.
-    pub coarse: f64,
-    /// Contacts that carry by the closed form of an ellipse.
+    /// Maximum ratio of contact half width to cell length.
+    pub cell_width_ratio: f64,
+    /// Number of contacts computed by the closed form of an ellipse.
     pub ellipses: usize,
-    /// Largest long semi-axis of these over its distance from the end of the teeth.
+    /// Maximum ratio of the major semi-axis of these to its distance from the end of the teeth.
     pub overhang: f64,
-    /// Pairs of teeth with the moments in the root lines of pinion and gear; none of rigid teeth.
+    /// Tooth pairs with the moments in the root lines of pinion and gear; empty for rigid teeth.
     pub root_moments: Vec<(i32, [RootMoment; 2])>,
-    /// The cells that carry.
-    pub places: Vec<LoadedPlace>,
+    /// Loaded cells.
+    pub places: Vec<LoadedCell>,
 }
 
-/// The pitch at one torque.
+/// Loaded flank contact over one pitch at one torque.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlankCycle {
     /// Torque at the pinion, N·m.
     pub torque: f64,
-    /// Position by position.
+    /// Results by position.
     pub positions: Vec<FlankLoad>,
 }
 
-/// Loaded contact of flanks over one pitch.
+/// Loaded flank contact over one pitch at several torques.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlankMeshResult {
-    /// Angles of the pinion, rad.
+    /// Angles of the pinion by position, rad.
     pub pinion_angles: Vec<f64>,
-    /// Pitch of the pinion, rad.
+    /// Angular pitch of the pinion, rad.
     pub pitch: f64,
     /// Transmission error without load, by position, rad.
     pub unloaded_te: Vec<f64>,
-    /// The pitch at each torque.
+    /// Results by torque.
     pub cycles: Vec<FlankCycle>,
 }
 
 impl FlankLoad {
-    /// Most strips that one pair of teeth carries on; none where an ellipse carries.
+    /// Maximum number of loaded strips of a tooth pair; `None` with a contact ellipse.
     pub fn longest_contact(&self) -> Option<usize> {
-        let of = |pair: i32| self.places.iter().filter(|p| p.pair == pair).count();
-        let longest = self.shares.iter().map(|(pair, _)| of(*pair)).max();
+        let strips = |pair: i32| self.places.iter().filter(|p| p.pair == pair).count();
+        let longest = self.shares.iter().map(|(pair, _)| strips(*pair)).max();
         longest.filter(|_| self.ellipses == 0)
     }
 
-    /// Pairs of teeth that carry.
-    pub fn carrying(&self) -> usize {
+    /// Number of loaded tooth pairs.
+    pub fn loaded_pairs(&self) -> usize {
         self.shares.iter().filter(|(_, share)| *share > 0.0).count()
     }
 
-    /// Moments in the root lines of a pair of teeth.
+    /// Moments in the root lines of a tooth pair; `None` for rigid teeth.
     pub fn root_moments(&self, pair: i32) -> Option<[RootMoment; 2]> {
-        let found = self.root_moments.iter().find(|(of, _)| *of == pair);
-        found.map(|(_, moments)| *moments)
+        let entry = self.root_moments.iter().find(|(number, _)| *number == pair);
+        entry.map(|(_, moments)| *moments)
     }
 
-    /// Share of the torque on a pair of teeth.
+    /// Share of the torque on a tooth pair.
     pub fn share(&self, pair: i32) -> f64 {
-        let found = self.shares.iter().find(|(of, _)| *of == pair);
-        found.map_or(0.0, |(_, share)| *share)
+        let entry = self.shares.iter().find(|(number, _)| *number == pair);
+        entry.map_or(0.0, |(_, share)| *share)
     }
 }
 
@@ -135,18 +135,18 @@ impl FlankCycle {
         }
     }
 
-    /// A quantity by position.
+    /// Values of a quantity by position.
     pub fn of(&self, value: impl Fn(&FlankLoad) -> f64) -> Vec<f64> {
         self.positions.iter().map(value).collect()
     }
 
-    /// Mean number of pairs of teeth that carry: the effective contact ratio.
+    /// Effective contact ratio: mean number of loaded tooth pairs.
     pub fn contact_ratio(&self) -> f64 {
-        let all: usize = self.positions.iter().map(FlankLoad::carrying).sum();
-        all as f64 / self.positions.len().max(1) as f64
+        let total: usize = self.positions.iter().map(FlankLoad::loaded_pairs).sum();
+        total as f64 / self.positions.len().max(1) as f64
     }
 
-    /// Mean `[z, radius]` of the places that carry in the frame of a member, weighted with their forces; none without a place.
+    /// Force-weighted mean `[z, radius]` of the loaded cells in the frame of a member, m; `None` without a loaded cell.
     pub fn centre(&self, member: usize) -> Option<[f64; 2]> {
         let places = || self.positions.iter().flat_map(|p| &p.places);
         let force: f64 = places().map(|p| p.force).sum();
@@ -154,30 +154,30 @@ impl FlankCycle {
         (force > 0.0).then(|| [mean(0), mean(1)])
     }
 
-    /// Share of the pinion's face and greatest line load over the positions, N/m, of every station that carries, from toe to heel.
+    /// Position along the face and maximum line load over all positions, N/m, of every loaded station, from toe to heel.
     pub fn lengthwise(&self) -> Vec<[f64; 2]> {
         let places = self.positions.iter().flat_map(|p| &p.places);
-        let mut all: Vec<[f64; 2]> = places.map(|p| [p.face, p.line_load]).collect();
-        all.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
-        all.dedup_by(|a, b| a[0] == b[0]);
-        all
+        let mut stations: Vec<[f64; 2]> = places.map(|p| [p.face, p.line_load]).collect();
+        stations.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+        stations.dedup_by(|a, b| a[0] == b[0]);
+        stations
     }
 
-    /// Greatest moment in the root line of a member's tooth, whole and of a unit length; none of rigid teeth.
+    /// Maxima over the positions of total moment and moment per unit length in the root line of a member; `None` for rigid teeth.
     pub fn root_moment(&self, member: usize) -> Option<RootMoment> {
         let moments = self.positions.iter().flat_map(|p| &p.root_moments);
         moments
-            .map(|(_, of)| of[member])
-            .reduce(|most, next| RootMoment {
-                total: most.total.max(next.total),
-                greatest: most.greatest.max(next.greatest),
+            .map(|(_, of_members)| of_members[member])
+            .reduce(|max, moment| RootMoment {
+                total: max.total.max(moment.total),
+                greatest: max.greatest.max(moment.greatest),
             })
     }
 
-    /// The position of the greatest pressure within the flanks.
-    pub fn most_pressed(&self) -> Option<&FlankLoad> {
-        let pressed = self.positions.iter().filter(|p| p.pressure.is_some());
-        pressed.max_by(|a, b| {
+    /// Results at the position of maximum pressure within the flanks.
+    pub fn max_pressure_position(&self) -> Option<&FlankLoad> {
+        let candidates = self.positions.iter().filter(|p| p.pressure.is_some());
+        candidates.max_by(|a, b| {
             a.pressure
                 .unwrap_or(0.0)
                 .total_cmp(&b.pressure.unwrap_or(0.0))
@@ -186,13 +186,13 @@ impl FlankCycle {
 }
 
 impl FlankMeshResult {
-    /// The pairs of teeth that carry at some torque and position, rising.
+    /// Numbers of the tooth pairs loaded at any torque and position, ascending.
     pub fn pairs(&self) -> Vec<i32> {
         let loads = self.cycles.iter().flat_map(|c| &c.positions);
-        let carrying = loads
+        let loaded = loads
             .flat_map(|p| &p.shares)
             .filter(|(_, share)| *share > 0.0);
-        let mut pairs: Vec<i32> = carrying.map(|(pair, _)| *pair).collect();
+        let mut pairs: Vec<i32> = loaded.map(|(pair, _)| *pair).collect();
         pairs.sort_unstable();
         pairs.dedup();
         pairs

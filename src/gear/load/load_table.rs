@@ -1,16 +1,15 @@
-//! Load over deflection of a mesh through its phase: δ(F, ψ) by the deflections and compliances of several loads at every position.
+//! Load–deflection table of a mesh over its phase: δ(F, ψ) from deflections and compliances at several loads and positions.
 //!
-//! Between two loads δ is the cubic of F with the deflections and the compliances `dδ/dF = 1/k_t` of both; below the first load
-//! `δ = δ₁ (F/F₁)^p` with `p = F₁ δ₁'/δ₁`, which is 2/3 of Hertz's contact at a point and 1 of a spring; above the last load the tangent goes
-//! on. Between positions deflections and compliances are linear in ψ. The secant stiffness is F/δ, the tangent stiffness dF/dδ. A mesh that
-//! stores `V = F δ − ∫ δ dF` has `∂V/∂ψ = −∂/∂ψ ∫ δ dF` at constant F.
+//! Between two loads δ is the cubic Hermite interpolant in F with the compliances `dδ/dF = 1/k_t` as slopes; below the first load
+//! `δ = δ₁ (F/F₁)^p` with `p = F₁ δ₁'/δ₁`, which is 2/3 for Hertzian point contact and 1 for a linear spring; above the last load δ is
+//! linear. Between positions deflections and compliances are linear in ψ. The secant stiffness is F/δ, the tangent stiffness dF/dδ. The
+//! stored energy `V = F δ − ∫ δ dF` has the derivative ∂V/∂ψ at constant δ equal to `−∂/∂ψ ∫ δ dF` at constant F.
 
 use super::flank_result::FlankMeshResult;
 use crate::numeric::hermite_cubic::HermiteCubic;
 
-/// Largest compliance over the slope of a chord with which a cubic rises everywhere (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980)
-/// 238).
-const STEEPEST: f64 = 3.0;
+/// Maximum ratio of compliance to chord slope for which the cubic is monotonic (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
+const MAX_SLOPE_RATIO: f64 = 3.0;
 
 /// Deflection and compliance at a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,50 +35,50 @@ impl LoadedNode {
     }
 }
 
-/// Deflections of a mesh over load and phase, in one set of units.
+/// Deflections of a mesh over load and phase, in consistent units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadTable {
-    /// Rising, above zero.
+    /// Positive loads in ascending order.
     loads: Vec<f64>,
-    /// Position by position over a pitch, load by load.
+    /// Nodes by position over a pitch, each by load.
     positions: Vec<Vec<LoadedNode>>,
 }
 
-/// Load over deflection at one phase.
+/// Load–deflection curve at one phase.
 #[derive(Debug, Clone, Copy)]
 pub struct LoadCurve<'t> {
     loads: &'t [f64],
-    /// At the positions before and after.
+    /// Nodes at the positions before and after the phase.
     ends: [&'t [LoadedNode]; 2],
-    /// Way from one to the other.
+    /// Interpolation parameter between both positions, 0 to 1.
     share: f64,
 }
 
-/// A mesh at a deflection.
+/// Load and tangent stiffness at a deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadPoint {
-    /// F.
+    /// Load F.
     pub load: f64,
-    /// dF/dδ.
+    /// Tangent stiffness dF/dδ.
     pub tangent: f64,
 }
 
-/// Errors of a table between its loads: largest differences to every second load, left out and interpolated from the others.
+/// Interpolation errors of a table between its loads: maximum differences at every second load, interpolated from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadInterpolation {
     /// Error of the deflection.
     pub deflection: f64,
     /// Relative error of the secant stiffness.
     pub secant: f64,
-    /// Relative error of the tangent stiffness, its mean over the positions: at single ones it jumps where edges or teeth begin to carry.
+    /// Relative error of the tangent stiffness, averaged over the positions, since it jumps where edges or teeth become loaded.
     pub tangent: f64,
 }
 
 impl LoadTable {
-    /// A table of rising loads; `positions` holds deflection and compliance at every load.
+    /// Table of ascending loads; `positions`: `[deflection, compliance]` by position, each by load.
     pub fn new(loads: Vec<f64>, positions: Vec<Vec<[f64; 2]>>) -> LoadTable {
-        let of_position = |values: Vec<[f64; 2]>| {
-            // The chord from rest to the first load, then from load to load; none begins at the last.
+        let position_nodes = |values: Vec<[f64; 2]>| {
+            // Chord slope from zero to the first load, then between neighbouring loads.
             let chord = |k: usize| {
                 let (f, d) = match k {
                     0 => (0.0, 0.0),
@@ -88,26 +87,26 @@ impl LoadTable {
                 (values[k][0] - d) / (loads[k] - f)
             };
             let node = |k: usize| {
-                let before = if k == 0 {
+                let left = if k == 0 {
                     chord(0)
                 } else {
-                    STEEPEST * chord(k)
+                    MAX_SLOPE_RATIO * chord(k)
                 };
-                let after = (k + 1 < loads.len()).then(|| STEEPEST * chord(k + 1));
+                let right = (k + 1 < loads.len()).then(|| MAX_SLOPE_RATIO * chord(k + 1));
                 LoadedNode {
                     deflection: values[k][0],
-                    compliance: values[k][1].min(before).min(after.unwrap_or(before)),
+                    compliance: values[k][1].min(left).min(right.unwrap_or(left)),
                 }
             };
             (0..loads.len()).map(node).collect()
         };
         LoadTable {
-            positions: positions.into_iter().map(of_position).collect(),
+            positions: positions.into_iter().map(position_nodes).collect(),
             loads,
         }
     }
 
-    /// Torque at the gear, N·m, over its turn from the unloaded flanks, rad; none of fewer than two torques.
+    /// Table of gear torque, N·m, over gear rotation from the unloaded flanks, rad; `None` for fewer than two torques.
     pub fn of(mesh: &FlankMeshResult) -> Option<LoadTable> {
         let unloaded = &mesh.unloaded_te;
         let first = (mesh.cycles.iter()).map(|c| {
@@ -115,17 +114,17 @@ impl LoadTable {
             load.secant * (unloaded[0] - load.te)
         });
         let position = |i: usize| {
-            let of_load = mesh.cycles.iter().map(|c| {
+            let nodes = mesh.cycles.iter().map(|c| {
                 let load = &c.positions[i];
                 [unloaded[i] - load.te, load.tangent.recip()]
             });
-            of_load.collect()
+            nodes.collect()
         };
         (mesh.cycles.len() > 1)
             .then(|| LoadTable::new(first.collect(), (0..unloaded.len()).map(position).collect()))
     }
 
-    /// The same with loads and deflections in other units.
+    /// Table with loads and deflections multiplied by factors.
     pub fn scaled(&self, load: f64, deflection: f64) -> LoadTable {
         let node = |n: &LoadedNode| LoadedNode {
             deflection: deflection * n.deflection,
@@ -138,7 +137,7 @@ impl LoadTable {
         }
     }
 
-    /// The same over the phase run backward.
+    /// Table over the reversed phase.
     pub fn reversed(&self) -> LoadTable {
         let n = self.positions.len();
         LoadTable {
@@ -149,17 +148,17 @@ impl LoadTable {
         }
     }
 
-    /// The loads.
+    /// Loads in ascending order.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
 
-    /// Positions in a pitch.
+    /// Number of positions in a pitch.
     pub fn position_count(&self) -> usize {
         self.positions.len()
     }
 
-    /// The curve between a position and the next one.
+    /// Load–deflection curve between a position and the next; `share`: interpolation parameter, 0 to 1.
     pub fn curve(&self, position: usize, share: f64) -> LoadCurve<'_> {
         let next = (position + 1) % self.positions.len();
         LoadCurve {
@@ -169,39 +168,39 @@ impl LoadTable {
         }
     }
 
-    /// The greatest tangent stiffness at a load of the table.
-    pub fn greatest_tangent(&self) -> f64 {
+    /// Maximum tangent stiffness over all loads and positions of the table.
+    pub fn max_tangent_stiffness(&self) -> f64 {
         let nodes = self.positions.iter().flatten();
-        nodes.fold(0.0, |most, node| most.max(node.compliance.recip()))
+        nodes.fold(0.0, |max, node| max.max(node.compliance.recip()))
     }
 
-    /// Errors between the loads; every second load is counted from the largest.
+    /// Interpolation errors between the loads, at every second load from the last but one down.
     pub fn interpolation(&self) -> LoadInterpolation {
         let n = self.loads.len();
-        let is_kept = |k: &usize| (n - 1 - k).is_multiple_of(2);
-        let kept: Vec<usize> = (0..n).filter(is_kept).collect();
-        let thinned = |nodes: &Vec<LoadedNode>| kept.iter().map(|k| nodes[*k]).collect();
+        let is_coarse = |k: &usize| (n - 1 - k).is_multiple_of(2);
+        let coarse_loads: Vec<usize> = (0..n).filter(is_coarse).collect();
+        let thinned = |nodes: &Vec<LoadedNode>| coarse_loads.iter().map(|k| nodes[*k]).collect();
         let coarse = LoadTable {
-            loads: kept.iter().map(|k| self.loads[*k]).collect(),
+            loads: coarse_loads.iter().map(|k| self.loads[*k]).collect(),
             positions: self.positions.iter().map(thinned).collect(),
         };
-        let mut most = LoadInterpolation {
+        let mut errors = LoadInterpolation {
             deflection: 0.0,
             secant: 0.0,
             tangent: 0.0,
         };
-        for k in (0..n).filter(|k| !is_kept(k)) {
+        for k in (0..n).filter(|k| !is_coarse(k)) {
             let mut tangents = 0.0;
             for (i, nodes) in self.positions.iter().enumerate() {
                 let [deflection, compliance] = coarse.curve(i, 0.0).at_load(self.loads[k]);
-                let off = (deflection - nodes[k].deflection).abs();
-                most.deflection = most.deflection.max(off);
-                most.secant = most.secant.max(off / deflection);
+                let error = (deflection - nodes[k].deflection).abs();
+                errors.deflection = errors.deflection.max(error);
+                errors.secant = errors.secant.max(error / deflection);
                 tangents += (nodes[k].compliance / compliance - 1.0).abs();
             }
-            most.tangent = most.tangent.max(tangents / self.positions.len() as f64);
+            errors.tangent = errors.tangent.max(tangents / self.positions.len() as f64);
         }
-        most
+        errors
     }
 }
 
@@ -210,17 +209,17 @@ impl LoadCurve<'_> {
         self.ends[0][load].blend(self.ends[1][load], self.share)
     }
 
-    /// Change of a node from one position to the next.
+    /// Derivative of a node with respect to the interpolation parameter: difference between both positions.
     fn node_slope(&self, load: usize) -> LoadedNode {
         self.ends[1][load].minus(self.ends[0][load])
     }
 
-    /// p of the first piece.
+    /// Exponent p of the power law below the first load.
     fn exponent(&self, first: LoadedNode) -> f64 {
         first.compliance * self.loads[0] / first.deflection
     }
 
-    /// The cubic after a load.
+    /// Cubic Hermite interpolant between a load and the next.
     fn cubic(&self, load: usize, node: impl Fn(usize) -> LoadedNode) -> HermiteCubic {
         let (a, b) = (node(load), node(load + 1));
         HermiteCubic {
@@ -232,7 +231,7 @@ impl LoadCurve<'_> {
         }
     }
 
-    /// Deflection and compliance at a load above zero.
+    /// Deflection and compliance at a positive load.
     pub fn at_load(&self, load: f64) -> [f64; 2] {
         let last = self.loads.len() - 1;
         match self.loads.partition_point(|f| *f <= load) {
@@ -254,18 +253,18 @@ impl LoadCurve<'_> {
         }
     }
 
-    /// The mesh at a deflection; the law is odd.
+    /// Load and tangent stiffness at a deflection; the law is odd.
     pub fn at_deflection(&self, deflection: f64) -> LoadPoint {
         let size = deflection.abs();
         let last = self.loads.len() - 1;
-        let (load, tangent) = match self.passed(size) {
+        let (load, tangent) = match self.interval_of(size) {
             0 => {
-                let (first, most) = (self.node(0), self.loads[0]);
+                let (first, first_load) = (self.node(0), self.loads[0]);
                 let q = self.exponent(first).recip();
                 let x = size / first.deflection;
                 (
-                    most * x.powf(q),
-                    most / first.deflection * q * x.powf(q - 1.0),
+                    first_load * x.powf(q),
+                    first_load / first.deflection * q * x.powf(q - 1.0),
                 )
             }
             n if n > last => {
@@ -285,32 +284,32 @@ impl LoadCurve<'_> {
         }
     }
 
-    /// V at a deflection, and its change on the way from one position to the next.
+    /// Stored energy V at a deflection, and its derivative with respect to the interpolation parameter at constant deflection.
     pub fn energy(&self, deflection: f64) -> [f64; 2] {
         let size = deflection.abs();
         let load = self.at_deflection(size).load;
-        let [area, area_slope] = self.areas(load, self.passed(size));
+        let [area, area_slope] = self.areas(load, self.interval_of(size));
         [load * size - area, -area_slope]
     }
 
-    /// Number of loads of the table whose deflections a deflection above zero has passed.
-    fn passed(&self, size: f64) -> usize {
+    /// Number of loads of the table with deflections up to a positive deflection.
+    fn interval_of(&self, size: f64) -> usize {
         let nodes = 0..self.loads.len();
         nodes
             .take_while(|k| self.node(*k).deflection <= size)
             .count()
     }
 
-    /// `∫ δ dF` from rest to a load that has passed so many of the table, and its change on the way from one position to the next.
-    fn areas(&self, load: f64, passed: usize) -> [f64; 2] {
+    /// Integral `∫ δ dF` from zero to a load above `count` loads of the table, and its derivative over the interpolation parameter.
+    fn areas(&self, load: f64, count: usize) -> [f64; 2] {
         let mut sum = self.first_areas(load.min(self.loads[0]));
         let last = self.loads.len() - 1;
-        for k in 0..passed.min(last) {
+        for k in 0..count.min(last) {
             let to = load.min(self.loads[k + 1]);
             sum[0] += self.cubic(k, |k| self.node(k)).area(to);
             sum[1] += self.cubic(k, |k| self.node_slope(k)).area(to);
         }
-        if passed > last {
+        if count > last {
             let beyond = load - self.loads[last];
             let triangle = |n: LoadedNode| beyond * (n.deflection + 0.5 * beyond * n.compliance);
             sum[0] += triangle(self.node(last));
@@ -319,20 +318,20 @@ impl LoadCurve<'_> {
         sum
     }
 
-    /// The same below the first load: `δ₁ F₁ x^(p+1)/(p+1)`, `x = F/F₁`.
+    /// Integral and derivative as in `areas` below the first load: `δ₁ F₁ x^(p+1)/(p+1)`, `x = F/F₁`.
     fn first_areas(&self, load: f64) -> [f64; 2] {
         if load <= 0.0 {
             return [0.0; 2];
         }
-        let (first, change, most) = (self.node(0), self.node_slope(0), self.loads[0]);
+        let (first, slope, first_load) = (self.node(0), self.node_slope(0), self.loads[0]);
         let p = self.exponent(first);
-        let p_change = (most * change.compliance - p * change.deflection) / first.deflection;
-        let x = load / most;
-        let size = most * x.powf(p + 1.0) / (p + 1.0);
-        let by_exponent = p_change * (x.ln() - 1.0 / (p + 1.0));
+        let p_slope = (first_load * slope.compliance - p * slope.deflection) / first.deflection;
+        let x = load / first_load;
+        let size = first_load * x.powf(p + 1.0) / (p + 1.0);
+        let by_exponent = p_slope * (x.ln() - 1.0 / (p + 1.0));
         [
             size * first.deflection,
-            size * (change.deflection + first.deflection * by_exponent),
+            size * (slope.deflection + first.deflection * by_exponent),
         ]
     }
 }

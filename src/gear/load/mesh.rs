@@ -110,7 +110,7 @@ impl LoadedMesh {
         let path = ContactPath::new(pair);
         if !(path.ends[1] > path.ends[0]) {
             let message = format!(
-                "the teeth do not reach each other: path of contact of {:.4} mm",
+                "the teeth do not touch: path of contact of {:.4} mm",
                 1e3 * (path.ends[1] - path.ends[0])
             );
             return Err(Error::new(Code::OutOfRange, message)
@@ -282,12 +282,12 @@ impl LoadedMesh {
             return Ok(solution);
         }
         let message = format!(
-            "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module, which no tooth bears",
+            "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module",
             format_number(1e3 * solution.deflection),
             format_number(torque)
         );
         let largest = format_number(self.largest_torque(torque)?);
-        let error = Error::new(Code::OutOfRange, message).about("torque");
+        let error = Error::new(Code::OutOfRange, message).with_key("torque");
         Err(error.with_hint(format!("give a torque of at most {largest} N·m")))
     }
 
@@ -356,7 +356,7 @@ impl LoadedMesh {
         warnings.extend(below.map(|message| Diagnostic {
             code: "stiffness-range",
             message,
-            hint: Some("take the energy method for small loads".into()),
+            hint: Some("use the energy method for small loads".into()),
         }));
         warnings
     }
@@ -386,7 +386,7 @@ pub fn check_modifications(
     let mut gears = modifications.iter().zip(ends).zip(MEMBERS);
     gears.try_for_each(|((modification, ends), name)| {
         let result = modification.check(ends, pair.members[0].gear.module);
-        result.map_err(|error| error.in_part(name))
+        result.map_err(|error| error.with_part(name))
     })
 }
 
@@ -397,13 +397,11 @@ fn check_overlap(pair: &Pair) -> Result<(), Error> {
         return Ok(());
     }
     let width = pair.members[0].face_width.min(pair.members[1].face_width);
-    let message = format!(
-        "the face is {overlap:.1} axial pitches wide; a loaded mesh takes at most {MAX_OVERLAP}"
-    );
+    let message = format!("the face is {overlap:.1} axial pitches wide (limit {MAX_OVERLAP})");
     let max_width = Bound::AtMost(1e3 * width * MAX_OVERLAP / overlap).text(3);
     let narrower = usize::from(pair.members[1].face_width < pair.members[0].face_width);
-    let error = Error::new(Code::OutOfRange, message).about("face_width");
-    Err(error.in_part(MEMBERS[narrower]).with_hint(format!(
+    let error = Error::new(Code::OutOfRange, message).with_key("face_width");
+    Err(error.with_part(MEMBERS[narrower]).with_hint(format!(
         "give face_width = \"{max_width} mm\" or less and the share of the torque it carries"
     )))
 }
@@ -412,31 +410,31 @@ fn check(options: &MeshOptions) -> Result<(), Error> {
     let out_of_range = |message: String| Err(Error::new(Code::OutOfRange, message));
     if !(1..=MAX_SLICES as usize).contains(&options.slices) {
         let slices = options.slices;
-        return out_of_range(format!("{slices} slices; the face has 1 to {MAX_SLICES}"));
+        return out_of_range(format!("{slices} slices (limits 1 to {MAX_SLICES})"));
     }
     if !(1..=MAX_POSITIONS as usize).contains(&options.positions) {
         let positions = options.positions;
         return out_of_range(format!(
-            "{positions} positions; a pitch has 1 to {MAX_POSITIONS}"
+            "{positions} positions per pitch (limits 1 to {MAX_POSITIONS})"
         ));
     }
     if options.positions * options.slices > MAX_GRID {
         let [positions, slices] = [options.positions, options.slices];
         return out_of_range(format!(
-            "{positions} positions × {slices} slices; a mesh has at most {MAX_GRID} places"
+            "{positions} positions × {slices} slices (limit {MAX_GRID})"
         ));
     }
     for material in &options.materials {
         let Material { young, poisson } = *material;
         if !(young > 0.0 && young.is_finite() && (0.0..0.5).contains(&poisson)) {
             return out_of_range(format!(
-                "elastic constants are {young} Pa and {poisson}; the modulus is positive, Poisson's ratio from 0 to below 0.5"
+                "elastic constants are {young} Pa and {poisson}; the modulus must be positive, Poisson's ratio from 0 to below 0.5"
             ));
         }
     }
     if !options.misalignment.is_finite() {
         return out_of_range(format!(
-            "misalignment is {}; it is finite",
+            "misalignment is {}; it must be finite",
             options.misalignment
         ));
     }

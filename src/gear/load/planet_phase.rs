@@ -26,7 +26,7 @@ pub fn planet_phase(sun: &Pair, ring: &Pair) -> Result<f64, Error> {
         let radius = planet.base_radius / pair.working_pressure_angle.cos();
         planet.half_angle(radius).ok_or_else(|| {
             let message = format!(
-                "pitch circle of {:.4} mm radius lies off the planet's teeth",
+                "pitch circle of {:.4} mm radius is outside the planet's teeth",
                 1e3 * radius
             );
             Error::new(Code::OutOfRange, message)

@@ -1,7 +1,7 @@
-//! Tip relief of least peak-to-peak transmission error over a range of torques: the least of `max over T of max_φ e − min_φ e`.
+//! Optimal tip relief: minimises the maximum over a torque range of the peak-to-peak transmission error, `max_T (max_φ e − min_φ e)`.
 //!
-//! Both tips get the same amount over the same share of the path on which the most pairs touch. With a constant pair stiffness k, one
-//! to two pairs and the whole of that path relieved, the relief is Δ = (W₁ + W₂)/(2 k) of Harris' V (Proc. IMechE 172, 1958).
+//! Both tips are relieved by the same amount over the same share of the path with the larger number of pairs in contact. For constant pair
+//! stiffness k, one to two pairs and full relief of that path, Δ = (W₁ + W₂)/(2 k): part V of Harris (Proc. IMechE 172, 1958).
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -11,55 +11,54 @@ use crate::gear::cylindrical::pair::Pair;
 use super::contact_path::ContactPath;
 use super::mesh::{LoadedMesh, MeshOptions};
 
-/// Torques of the range at which the peak-to-peak is computed.
+/// Number of torques in the range.
 const TORQUES: usize = 5;
-/// Shares of the path of most pairs that are tried.
+/// Relieved shares of the path with the larger number of pairs, in the order of the search.
 const SHARES: [f64; 7] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25];
-/// By how much a shorter relief has to be better than a longer one, which needs less material removed.
-const WORTH: f64 = 0.999;
-/// Amounts per share that are scanned before the best is refined.
+/// Maximum ratio of the peak-to-peak value of a shorter relief to that of a longer one at which the shorter one is preferred.
+const IMPROVEMENT: f64 = 0.999;
+/// Intervals of the scan over the amount, before refinement by golden section.
 const SCAN: usize = 12;
-/// Greatest amount as a multiple of the greatest deflection without relief.
-const GREATEST_AMOUNT: f64 = 2.0;
-/// Golden sections: the amount is known to 3e-5 of the greatest one.
+/// Maximum amount relative to the maximum deflection without relief.
+const MAX_AMOUNT: f64 = 2.0;
+/// Golden-section steps: final interval 3e-5 of the maximum amount.
 const SECTIONS: usize = 18;
 
-/// Tip reliefs with the peak-to-peak they leave.
+/// Optimal tip relief with its peak-to-peak transmission error.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LeastRelief {
+pub struct OptimalRelief {
     /// Relief of both gears.
     pub reliefs: [Relief; 2],
-    /// Share of the path of most pairs over which the teeth are relieved.
+    /// Relieved share of the path with the larger number of pairs.
     pub share: f64,
-    /// Torques of the pinion, N·m.
+    /// Pinion torques, N·m.
     pub torques: Vec<f64>,
-    /// Peak-to-peak with the reliefs, by torque, m.
+    /// Peak-to-peak transmission error with relief by torque, m.
     pub peak_to_peak: Vec<f64>,
-    /// Peak-to-peak without tip relief, by torque, m.
+    /// Peak-to-peak transmission error without tip relief by torque, m.
     pub without: Vec<f64>,
 }
 
-/// The relief of least peak-to-peak over a range of torques of the pinion, N·m; other modifications of `options` stay.
+/// Optimal tip relief over a range of pinion torques, N·m, with the other modifications of `options` unchanged.
 ///
 /// # Errors
-/// `OutOfRange`: torques that are not positive and ascending, a contact ratio that is a whole number or below 1; as `LoadedMesh`.
-pub fn least_peak_to_peak(
+/// `OutOfRange` for torques not positive and ascending, and for a contact ratio that is an integer or below 1; errors of `LoadedMesh`.
+pub fn optimal_tip_relief(
     pair: &Pair,
     options: &MeshOptions,
     [low, high]: [f64; 2],
-) -> Result<LeastRelief, Error> {
+) -> Result<OptimalRelief, Error> {
     if !(low > 0.0 && high >= low && high.is_finite()) {
         let message =
-            format!("torques from {low} to {high} N·m are not a range above 0, ascending");
+            format!("torques from {low} to {high} N·m are not an increasing range above 0");
         return Err(Error::new(Code::OutOfRange, message));
     }
     let path = ContactPath::new(pair);
     let pitches = (path.ends[1] - path.ends[0]) / path.base_pitch;
-    let most_pairs = pitches.fract() * path.base_pitch;
-    if !(pitches > 1.0 && most_pairs > 0.0) {
-        let message = format!(
-            "transverse contact ratio of {pitches:.4} leaves no part of the path to relieve"
-        );
+    let multi_pair_length = pitches.fract() * path.base_pitch;
+    if !(pitches > 1.0 && multi_pair_length > 0.0) {
+        let message =
+            format!("transverse contact ratio of {pitches:.4} has no part of the path to relieve");
         return Err(Error::new(Code::OutOfRange, message)
             .with_hint("give tip diameters at which it is above 1"));
     }
@@ -69,7 +68,7 @@ pub fn least_peak_to_peak(
     let reliefs = |share: f64, amount: f64| {
         let from = |i: usize| {
             let [root, tip] = path.flank_ends[i];
-            tip - share * most_pairs * (tip - root).signum()
+            tip - share * multi_pair_length * (tip - root).signum()
         };
         [0, 1].map(|i| Relief {
             amount,
@@ -87,31 +86,31 @@ pub fn least_peak_to_peak(
         let cycles = cycles(reliefs)?;
         Ok(cycles.iter().map(|c| c.peak_to_peak()).collect())
     };
-    let worst = |share: f64, amount: f64| -> Result<f64, Error> {
+    let max_peak_to_peak = |share: f64, amount: f64| -> Result<f64, Error> {
         let values = by_torque(Some(reliefs(share, amount)))?;
         Ok(values.into_iter().fold(0.0, f64::max))
     };
     let errors = cycles(None)?.into_iter().flat_map(|c| c.te);
-    let greatest = GREATEST_AMOUNT * errors.fold(0.0, |most: f64, e| most.max(e.abs()));
+    let max_amount = MAX_AMOUNT * errors.fold(0.0, |max: f64, e| max.max(e.abs()));
     let mut best = (0.0, 1.0, f64::INFINITY);
     for share in SHARES {
-        let step = greatest / SCAN as f64;
-        let mut place = (0.0, f64::INFINITY);
+        let step = max_amount / SCAN as f64;
+        let mut scan_minimum = (0.0, f64::INFINITY);
         for i in 0..=SCAN {
-            let value = worst(share, step * i as f64)?;
-            if value < place.1 {
-                place = (step * i as f64, value);
+            let value = max_peak_to_peak(share, step * i as f64)?;
+            if value < scan_minimum.1 {
+                scan_minimum = (step * i as f64, value);
             }
         }
-        let range = [(place.0 - step).max(0.0), place.0 + step];
-        let (amount, value) = golden_section(range, |amount| worst(share, amount))?;
-        if value < WORTH * best.2 {
+        let range = [(scan_minimum.0 - step).max(0.0), scan_minimum.0 + step];
+        let (amount, value) = golden_section(range, |amount| max_peak_to_peak(share, amount))?;
+        if value < IMPROVEMENT * best.2 {
             best = (amount, share, value);
         }
     }
     let (amount, share, _) = best;
     let reliefs = reliefs(share, amount);
-    Ok(LeastRelief {
+    Ok(OptimalRelief {
         reliefs,
         share,
         peak_to_peak: by_torque(Some(reliefs))?,
@@ -120,7 +119,7 @@ pub fn least_peak_to_peak(
     })
 }
 
-/// Least value of a function with one minimum on a range: place and value.
+/// Minimum of a unimodal function on a range: position and value.
 fn golden_section(
     [mut low, mut high]: [f64; 2],
     f: impl Fn(f64) -> Result<f64, Error>,

@@ -1,8 +1,8 @@
-//! Tooth as a beam of variable thickness: `δ = ∫ [((cos β (h_l − h) − x_l sin β)²/(E I) + 1.2 cos²β/(G A) + sin²β/(E A)] dh` for a unit load.
+//! Tooth as beam of variable thickness under unit load: `δ = ∫ [(cos β (h_l − h) − x_l sin β)²/(E I) + 1.2 cos²β/(G A) + sin²β/(E A)] dh`.
 //!
-//! A slice of unit width is loaded at the height h_l, half thickness x_l, at the angle β to the normal of its middle line; I = 2x³/3,
-//! A = 2x. Yang and Lin, J. Mech. Trans. Autom. Des. 109 (1987), with the outline as it is generated, from the root circle on. The
-//! integral splits into cumulative integrals of h^k/x³ and 1/x that do not know the load, so a position costs one Gauss rule.
+//! A slice of unit width is loaded at the height h_l, half thickness x_l, at the angle β to the normal of the middle line; I = 2x³/3,
+//! A = 2x. Yang and Lin, J. Mech. Trans. Autom. Des. 109 (1987), with the generated outline from the root circle. The integral splits into
+//! cumulative integrals of h^k/x³ and 1/x that do not depend on the load, so a load position costs one Gauss rule.
 
 use std::f64::consts::TAU;
 
@@ -17,10 +17,10 @@ use super::material::Material;
 /// Shear correction factor of a rectangular section.
 const SHEAR_FACTOR: f64 = 1.2;
 
-/// Panels of the involute whose integrals are tabled; with the rule below the compliance agrees to 1e-14 with 32 panels of six points.
+/// Panels of the involute with tabulated integrals; the compliance agrees with 32 panels of six points to 1e-14.
 const PANELS: usize = 64;
 
-/// Gauss–Legendre rule of four points on [0, 1]: places and weights.
+/// Four-point Gauss–Legendre rule on [0, 1]: nodes and weights.
 const GAUSS: [[f64; 2]; 4] = [
     [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
     [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
@@ -28,28 +28,28 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
-/// Halvings of the fillet in its Romberg table: 2⁷ intervals at last; with 2⁹ the compliance changes by 1e-12.
+/// Levels of the Romberg table of the fillet, with 2⁷ intervals at the last; 2⁹ change the compliance by 1e-12.
 const HALVINGS: usize = 7;
 
-/// Half angle of a tip, rad, below which it is a point.
+/// Minimum half angle of the tip, rad; below it the tooth is pointed.
 const POINTED: f64 = 1e-9;
 
-/// Thickness of a tip that carries a load, in base pitches.
+/// Tip thickness suggested for a loadable tooth, in base pitches.
 const LOADED_TIP: f64 = 0.05;
 
-/// A tooth whose flanks meet, with the nearest tip diameter that leaves it a tip.
+/// Error for a pointed tooth, with the tip diameter of sufficient tip thickness.
 fn pointed(outline: &ToothOutline) -> Error {
-    let wanted = LOADED_TIP * TAU * outline.base_radius / f64::from(outline.teeth);
-    let beyond = |radius: f64| Some(outline.thickness(radius)? - wanted);
-    let radius = sign_change([outline.form_radius, outline.tip_radius], beyond);
+    let min_thickness = LOADED_TIP * TAU * outline.base_radius / f64::from(outline.teeth);
+    let excess = |radius: f64| Some(outline.thickness(radius)? - min_thickness);
+    let radius = sign_change([outline.form_radius, outline.tip_radius], excess);
     let error = Error::new(
         Code::OutOfRange,
         format!(
-            "the teeth are pointed at a diameter of {:.4} mm, and a point carries no load",
+            "the teeth are pointed at a diameter of {:.4} mm and carry no load",
             2e3 * outline.tip_radius
         ),
     )
-    .about("tip_diameter");
+    .with_key("tip_diameter");
     match radius {
         Some(radius) => error.with_hint(format!(
             "give tip_diameter = \"{:.4} mm\", where the tip is a twentieth of a pitch thick",
@@ -59,7 +59,7 @@ fn pointed(outline: &ToothOutline) -> Error {
     }
 }
 
-/// A tooth with its cumulative integrals.
+/// Section of a tooth with its cumulative integrals.
 #[derive(Debug, Clone)]
 pub struct ToothSection {
     base_radius: f64,
@@ -67,50 +67,50 @@ pub struct ToothSection {
     root_half_angle: f64,
     /// Half angle of the tooth extrapolated to the base circle, rad.
     base_half_angle: f64,
-    /// +1 external, −1 internal.
+    /// +1 for an external, −1 for an internal gear.
     outward: f64,
     material: Material,
-    /// Roll angles at the form and the tip radius.
+    /// Roll angles at form and tip radius, rad.
     roll_angles: [f64; 2],
     /// Integrals from the root circle to the ends of the panels.
     integrals: Vec<Integrals>,
 }
 
-/// ∫dh/x³, ∫h dh/x³, ∫h² dh/x³, ∫dh/x.
+/// Integrals ∫dh/x³, ∫h dh/x³, ∫h² dh/x³, ∫dh/x.
 #[derive(Debug, Clone, Copy, Default)]
 struct Integrals([f64; 4]);
 
-/// A place on the flank: height above the root circle, half thickness, and the angle β of the normal there.
+/// Flank point: height above the root circle, m, half thickness, m, and angle β of the normal, rad.
 #[derive(Debug, Clone, Copy)]
-struct FlankPlace {
+struct SectionPoint {
     height: f64,
     half_thickness: f64,
     angle: f64,
 }
 
-/// Deflections along the load's line for a unit line load, m²/N.
+/// Deflections along the line of the load for a unit line load, m²/N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToothCompliance {
-    /// Bending.
+    /// Bending part.
     pub bending: f64,
-    /// Shear.
+    /// Shear part.
     pub shear: f64,
-    /// Compression along the middle line.
+    /// Axial compression along the middle line.
     pub axial: f64,
 }
 
 impl ToothCompliance {
-    /// The sum.
+    /// Sum of bending, shear and axial compression.
     pub fn total(&self) -> f64 {
         self.bending + self.shear + self.axial
     }
 }
 
 impl ToothSection {
-    /// The section of a tooth.
+    /// Section of a tooth outline.
     ///
     /// # Errors
-    /// `OutOfRange`: an outline whose flanks meet below its tip.
+    /// `OutOfRange` for an outline with flanks that intersect below the tip.
     pub fn new(outline: &ToothOutline, material: Material) -> Result<ToothSection, Error> {
         let base = outline.base_radius;
         let outward = if outline.internal { -1.0 } else { 1.0 };
@@ -135,20 +135,20 @@ impl ToothSection {
             sum = sum.plus(&section.involute_integrals(from, to));
             section.integrals.push(sum);
         }
-        let thin = sum.0.iter().any(|x| !x.is_finite());
-        if thin || !(tip_half_angle > POINTED) || !(section.root_half_angle > 0.0) {
+        let is_singular = sum.0.iter().any(|x| !x.is_finite());
+        if is_singular || !(tip_half_angle > POINTED) || !(section.root_half_angle > 0.0) {
             return Err(pointed(outline));
         }
         Ok(section)
     }
 
-    /// Deflections of the tooth for a unit line load at a length of roll of its involute.
+    /// Deflections of the tooth for a unit line load at a length of roll, m.
     pub fn compliance(&self, roll: f64) -> ToothCompliance {
         let roll_angle = roll / self.base_radius;
-        let place = self.involute_place(roll_angle);
+        let point = self.flank_point(roll_angle);
         let Integrals([j0, j1, j2, k]) = self.integrals_to(roll_angle);
-        let (sine, cosine) = place.angle.sin_cos();
-        let arm = cosine * place.height - place.half_thickness * sine;
+        let (sine, cosine) = point.angle.sin_cos();
+        let arm = cosine * point.height - point.half_thickness * sine;
         let bending = arm * arm * j0 - 2.0 * arm * cosine * j1 + cosine * cosine * j2;
         let young = self.material.young;
         ToothCompliance {
@@ -158,11 +158,11 @@ impl ToothSection {
         }
     }
 
-    /// Load on the foot of the tooth from a force at a length of roll.
+    /// Load on the tooth foot for a force at a length of roll, m.
     pub fn foot_load(&self, roll: f64) -> FootLoad {
-        let angle = self.involute_place(roll / self.base_radius).angle;
+        let angle = self.flank_point(roll / self.base_radius).angle;
         FootLoad {
-            // The normal is tangent to the base circle, so it meets the middle line at r_b/cos β.
+            // The normal is tangent to the base circle, so it intersects the middle line at r_b/cos β.
             height: self.outward * (self.base_radius / angle.cos() - self.root_radius),
             angle,
             root_radius: self.root_radius,
@@ -170,13 +170,13 @@ impl ToothSection {
         }
     }
 
-    /// Distance from the flank to the middle of the tooth along the normal at a length of roll, m.
+    /// Distance from the flank to the middle line along the normal, m, at a length of roll, m.
     pub fn depth(&self, roll: f64) -> f64 {
-        let place = self.involute_place(roll / self.base_radius);
-        place.half_thickness / place.angle.cos()
+        let point = self.flank_point(roll / self.base_radius);
+        point.half_thickness / point.angle.cos()
     }
 
-    /// Elastic constants.
+    /// Elastic constants of the tooth.
     pub fn material(&self) -> &Material {
         &self.material
     }
@@ -186,38 +186,38 @@ impl ToothSection {
         form + (tip - form) * i as f64 / PANELS as f64
     }
 
-    fn involute_place(&self, roll_angle: f64) -> FlankPlace {
+    fn flank_point(&self, roll_angle: f64) -> SectionPoint {
         let angle = roll_angle - self.outward * self.base_half_angle;
         let (sine, cosine) = angle.sin_cos();
         let radial = self.base_radius * (cosine + roll_angle * sine);
-        FlankPlace {
+        SectionPoint {
             height: self.outward * (radial - self.root_radius),
             half_thickness: self.outward * self.base_radius * (roll_angle * cosine - sine),
             angle,
         }
     }
 
-    /// Integrals from the root circle to a roll angle.
+    /// Integrals from the root circle to a roll angle, rad.
     fn integrals_to(&self, roll_angle: f64) -> Integrals {
         let [form, tip] = self.roll_angles;
-        let share = (roll_angle - form) / (tip - form) * PANELS as f64;
-        // Rolls outside the flank go on from its first or last panel.
-        let panel = (share.max(0.0) as usize).min(PANELS);
-        let rest = self.involute_integrals(self.panel_end(panel), roll_angle);
-        self.integrals[panel].plus(&rest)
+        let panel_position = (roll_angle - form) / (tip - form) * PANELS as f64;
+        // Outside the flank the integrals are extended from the first or last panel end.
+        let panel = (panel_position.max(0.0) as usize).min(PANELS);
+        let remainder = self.involute_integrals(self.panel_end(panel), roll_angle);
+        self.integrals[panel].plus(&remainder)
     }
 
-    /// Integrals between two roll angles, `dh = ±r_b ξ cos β dξ`.
+    /// Integrals between two roll angles, rad, with `dh = ±r_b ξ cos β dξ`.
     fn involute_integrals(&self, from: f64, to: f64) -> Integrals {
         let mut sum = Integrals::default();
         for [share, weight] in GAUSS {
             let roll_angle = from + share * (to - from);
-            let place = self.involute_place(roll_angle);
-            let rise = self.outward * self.base_radius * roll_angle * place.angle.cos();
+            let point = self.flank_point(roll_angle);
+            let rise = self.outward * self.base_radius * roll_angle * point.angle.cos();
             let step = weight * (to - from) * rise;
-            let inverse = place.half_thickness.recip();
+            let inverse = point.half_thickness.recip();
             let third = inverse * inverse * inverse * step;
-            let height = place.height;
+            let height = point.height;
             sum.0[0] += third;
             sum.0[1] += height * third;
             sum.0[2] += height * height * third;
@@ -226,7 +226,7 @@ impl ToothSection {
         sum
     }
 
-    /// Integrals over the fillet: trapezia of the integrand over the height, extrapolated by Romberg's table.
+    /// Integrals over the fillet by the trapezoidal rule with Romberg extrapolation.
     fn fillet_integrals(&self, outline: &ToothOutline) -> Integrals {
         let intervals = 1 << HALVINGS;
         let nodes: Vec<[f64; 5]> = (0..=intervals)
@@ -244,20 +244,20 @@ impl ToothSection {
                 ]
             })
             .collect();
-        let trapezia = |k: usize, stride: usize| {
+        let trapezoidal = |k: usize, stride: usize| {
             let coarse: Vec<&[f64; 5]> = nodes.iter().step_by(stride).collect();
-            let pieces = coarse.windows(2);
-            let piece = |w: &[&[f64; 5]]| 0.5 * (w[0][k] + w[1][k]) * (w[1][4] - w[0][4]);
-            pieces.map(piece).sum::<f64>()
+            let pairs = coarse.windows(2);
+            let area = |w: &[&[f64; 5]]| 0.5 * (w[0][k] + w[1][k]) * (w[1][4] - w[0][4]);
+            pairs.map(area).sum::<f64>()
         };
         Integrals(std::array::from_fn(|k| {
             let strides = (0..=HALVINGS).rev().map(|level| 1 << level);
             let mut row: Vec<f64> = Vec::new();
             for (level, stride) in strides.enumerate() {
-                let mut next = vec![trapezia(k, stride)];
+                let mut next = vec![trapezoidal(k, stride)];
                 for order in 0..level {
-                    let gain = 4f64.powi(order as i32 + 1) - 1.0;
-                    next.push(next[order] + (next[order] - row[order]) / gain);
+                    let factor = 4f64.powi(order as i32 + 1) - 1.0;
+                    next.push(next[order] + (next[order] - row[order]) / factor);
                 }
                 row = next;
             }

@@ -84,7 +84,7 @@ impl AccuracyGrades {
         let (motion, smoothness, contact) = match grades.as_deref().filter(|_| !signed) {
             Some(&[grade]) => (grade, grade, grade),
             Some(&[motion, smoothness, contact]) => (motion, smoothness, contact),
-            _ => return refuse(format!("\"{shown}\" is no notation of grades"), FORM),
+            _ => return refuse(format!("\"{shown}\" is not a notation of grades"), FORM),
         };
         if [motion, smoothness, contact].iter().any(|&g| g > MAX_GRADE) {
             return refuse(format!("\"{shown}\" has a grade above {MAX_GRADE}"), FORM);

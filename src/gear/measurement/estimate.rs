@@ -39,6 +39,6 @@ pub(super) fn check_finite(readings: &[f64], what: &str) -> Result<(), crate::ba
             Code::NotANumber,
             format!("reading {} of {what} is missing or no number", i + 1),
         )
-        .with_hint("measure it again: values between two readings are not guessed")),
+        .with_hint("measure it again: missing values are not interpolated")),
     }
 }

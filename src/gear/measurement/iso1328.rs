@@ -1,20 +1,20 @@
 //! Tolerances of ISO 1328-1:1995, -2:1997 and -1:2013: formula at grade 5 times `√2^(grade − 5)`.
 //!
-//! The older edition takes geometric means of the ranges its tables have, the newer one the gear's own size. In the formulas d, m_n
-//! and b are in mm, tolerances in µm; everything handed in and out is in m.
+//! The 1995 edition evaluates the formulas at the geometric means of its table ranges, the 2013 edition at the actual gear dimensions.
+//! Inside the formulas d, m_n and b are in mm and tolerances in µm; arguments and results are in m.
 
 use super::deviation::GearDeviation;
 
 /// Edition of ISO 1328.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edition {
-    /// ISO 1328-1:1995, with ISO 1328-2:1997 for double-flank and run-out.
+    /// ISO 1328-1:1995, with ISO 1328-2:1997 for radial composite deviations and run-out.
     Y1995,
     /// ISO 1328-1:2013.
     Y2013,
 }
 
-/// Gear dimensions on which tolerances depend.
+/// Gear data on which the tolerances depend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearSize {
     /// Number of teeth.
@@ -27,13 +27,13 @@ pub struct GearSize {
     pub face_width: f64,
     /// Helix angle, rad.
     pub helix: f64,
-    /// Total contact ratio ε_γ with the mate, which single-flank tolerances of 1995 need.
+    /// Total contact ratio ε_γ with the mate, required by the single-flank tolerances of 1995.
     pub contact_ratio: Option<f64>,
-    /// The short-wave part the design itself has, m, about which single-flank tolerances of 2013 lie.
+    /// Design value of the short-wave component, m, which the single-flank tolerances of 2013 include.
     pub designed_short_wave: Option<f64>,
 }
 
-/// Range limits of the tables, mm.
+/// Limits of the table ranges of ISO 1328-1:1995, mm.
 const DIAMETERS: [f64; 13] = [
     5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0, 1600.0, 2500.0, 4000.0, 6000.0, 8000.0, 10000.0,
 ];
@@ -41,18 +41,18 @@ const MODULES: [f64; 9] = [0.5, 2.0, 3.5, 6.0, 10.0, 16.0, 25.0, 40.0, 70.0];
 const WIDTHS: [f64; 10] = [
     4.0, 10.0, 20.0, 40.0, 80.0, 160.0, 250.0, 400.0, 650.0, 1000.0,
 ];
-/// Those of ISO 1328-2:1997, which beyond them takes the size itself.
+/// Limits of the ranges of ISO 1328-2:1997, mm; the actual size applies beyond them.
 const DIAMETERS_2: [f64; 7] = [5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0];
 const MODULES_2: [f64; 9] = [0.2, 0.5, 0.8, 1.0, 1.5, 2.5, 4.0, 6.0, 10.0];
 
-/// A value this much above a limit, relatively, still keeps it: of the arithmetic from readings to values.
+/// Relative excess over a limit attributed to rounding in the evaluation of the readings.
 const ROUNDING: f64 = 1e-9;
 
 impl Edition {
-    /// Both.
+    /// Both editions.
     pub const ALL: [Edition; 2] = [Edition::Y1995, Edition::Y2013];
 
-    /// As it is cited.
+    /// Designation of the edition.
     pub fn name(self) -> &'static str {
         match self {
             Edition::Y1995 => "ISO 1328-1:1995",
@@ -60,7 +60,7 @@ impl Edition {
         }
     }
 
-    /// Grades it has for a quantity.
+    /// Accuracy grades of the edition for a deviation.
     pub fn grades(self, quantity: GearDeviation) -> std::ops::RangeInclusive<u32> {
         match (self, quantity) {
             (Edition::Y1995, GearDeviation::DoubleFlankTotal | GearDeviation::DoubleFlankTooth) => {
@@ -71,38 +71,38 @@ impl Edition {
         }
     }
 
-    /// Parameters outside the range the edition states, as text; `None` where all are inside.
+    /// Description of the first gear parameter outside the scope of the edition; `None` if all are inside.
     pub fn out_of_scope(self, quantity: GearDeviation, size: &GearSize) -> Option<String> {
         use GearDeviation::*;
         let (d, m, b) = millimetres(size);
-        let double = matches!(quantity, DoubleFlankTotal | DoubleFlankTooth);
+        let is_double_flank = matches!(quantity, DoubleFlankTotal | DoubleFlankTooth);
         let (modules, diameters, widths) = match self {
-            // Beyond the ranges of part 2 sizes themselves are taken, so only its lower ends bind.
-            Edition::Y1995 if double => ((0.2, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
+            // Part 2 uses the actual sizes beyond its ranges, so only the lower limits apply.
+            Edition::Y1995 if is_double_flank => ((0.2, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
             Edition::Y1995 => ((0.5, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
             Edition::Y2013 => ((0.5, 70.0), (5.0, 15000.0), (4.0, 1200.0)),
         };
-        let wrong = |what: &str, value: f64, (low, high): (f64, f64)| {
-            // Of the conversion to millimetres.
-            let inside = value >= low * (1.0 - ROUNDING) && value <= high * (1.0 + ROUNDING);
-            (!inside).then(|| format!("{what} {value:.6} mm is outside {low} to {high} mm"))
+        let check = |what: &str, value: f64, (low, high): (f64, f64)| {
+            // Tolerance for rounding in the conversion to millimetres.
+            let is_inside = value >= low * (1.0 - ROUNDING) && value <= high * (1.0 + ROUNDING);
+            (!is_inside).then(|| format!("{what} {value:.6} mm is outside {low} to {high} mm"))
         };
-        let helix = matches!(quantity, HelixTotal | HelixForm | HelixSlope);
-        let newer = self == Edition::Y2013;
-        wrong("module", m, modules)
-            .or_else(|| wrong("reference diameter", d, diameters))
-            .or_else(|| helix.then(|| wrong("face width", b, widths)).flatten())
+        let is_helix = matches!(quantity, HelixTotal | HelixForm | HelixSlope);
+        let is_2013 = self == Edition::Y2013;
+        check("module", m, modules)
+            .or_else(|| check("reference diameter", d, diameters))
+            .or_else(|| is_helix.then(|| check("face width", b, widths)).flatten())
             .or_else(|| {
-                let few = newer && !(5..=1000).contains(&size.teeth);
-                few.then(|| format!("{} teeth are outside 5 to 1000", size.teeth))
+                let is_outside = is_2013 && !(5..=1000).contains(&size.teeth);
+                is_outside.then(|| format!("{} teeth are outside 5 to 1000", size.teeth))
             })
             .or_else(|| {
-                let steep = newer && size.helix.abs().to_degrees() > 45.0 * (1.0 + ROUNDING);
-                steep.then(|| "a helix above 45 deg is outside its range".to_string())
+                let is_steep = is_2013 && size.helix.abs().to_degrees() > 45.0 * (1.0 + ROUNDING);
+                is_steep.then(|| "a helix above 45 deg is outside its range".to_string())
             })
     }
 
-    /// The tolerance at a grade before rounding, m; `None` where the edition states no formula, or where what it takes is not given.
+    /// Tolerance at a grade before rounding, m; `None` if the edition has no formula or a required gear parameter is missing.
     pub fn unrounded_tolerance(
         self,
         quantity: GearDeviation,
@@ -113,12 +113,12 @@ impl Edition {
             Edition::Y1995 => tolerance_1995(quantity, size)?,
             Edition::Y2013 => tolerance_2013(quantity, size)?,
         };
-        // What the design has of itself does not grow with the grade.
+        // The design value does not scale with the grade.
         let step = std::f64::consts::SQRT_2.powi(grade as i32 - 5);
         Some(1e-6 * (base.graded * step + base.fixed))
     }
 
-    /// The tolerance at a grade as the edition rounds it, m.
+    /// Tolerance at a grade, rounded by the rules of the edition, m; `None` outside its grades or scope.
     pub fn tolerance(self, quantity: GearDeviation, size: &GearSize, grade: u32) -> Option<f64> {
         if !self.grades(quantity).contains(&grade) || self.out_of_scope(quantity, size).is_some() {
             return None;
@@ -134,7 +134,7 @@ impl Edition {
         Some(1e-6 * round_tolerance(exact, halves_only))
     }
 
-    /// The finest grade whose tolerance holds a value; `None` where none does or the edition has no formula.
+    /// Finest grade whose tolerance is not exceeded by a deviation, m; `None` if every grade is exceeded or the edition has no formula.
     pub fn grade_of(self, quantity: GearDeviation, size: &GearSize, value: f64) -> Option<u32> {
         self.grades(quantity).find(|&grade| {
             self.tolerance(quantity, size, grade)
@@ -143,12 +143,12 @@ impl Edition {
     }
 }
 
-/// Whether a value keeps a limit.
+/// Whether the magnitude of a value is within a limit, apart from rounding.
 pub fn is_within(value: f64, limit: f64) -> bool {
     value.abs() <= limit * (1.0 + ROUNDING)
 }
 
-/// To whole µm above 10 µm, to halves down to 5 µm, to tenths below; part 2 of 1997 keeps halves below as well.
+/// Rounds a tolerance, µm: to 1 µm above 10 µm, to 0.5 µm from 5 µm, to 0.1 µm below (`halves_only`: to 0.5 µm, as in part 2 of 1997).
 pub fn round_tolerance(micrometres: f64, halves_only: bool) -> f64 {
     match micrometres {
         x if x > 10.0 => x.round(),
@@ -157,11 +157,11 @@ pub fn round_tolerance(micrometres: f64, halves_only: bool) -> f64 {
     }
 }
 
-/// A tolerance at grade 5, µm.
+/// Tolerance at grade 5, µm.
 struct Grade5Tolerance {
-    /// The part that grows with the grade.
+    /// Component scaled with the grade.
     graded: f64,
-    /// The part that does not.
+    /// Component independent of the grade.
     fixed: f64,
 }
 
@@ -173,7 +173,7 @@ fn millimetres(size: &GearSize) -> (f64, f64, f64) {
     )
 }
 
-/// The geometric mean of the range a value lies in, upper limits included; the value itself beyond them all.
+/// Geometric mean of the range that contains a value, upper limit included; the value itself outside all ranges.
 fn mean_of_range(value: f64, limits: &[f64]) -> f64 {
     let range = limits
         .windows(2)
@@ -232,7 +232,7 @@ fn tolerance_2013(quantity: GearDeviation, size: &GearSize) -> Option<Grade5Tole
     let graded = match quantity {
         SinglePitch => single,
         CumulativePitch => cumulative,
-        // At k = z/4 this is the cumulative tolerance; beyond, that one holds.
+        // Equal to the cumulative tolerance from k = z/4 on.
         OverPitches(k) => {
             let share = 4.0 * f64::from(k) / f64::from(size.teeth);
             single + share.min(1.0) * (0.001 * d + 0.55 * d.sqrt() + 0.3 * m + 7.0)

@@ -54,7 +54,7 @@ impl PitchDeviations {
         std: Option<f64>,
     ) -> Result<PitchDeviations, Error> {
         if teeth < 3 {
-            let message = format!("{teeth} teeth have no pitches to compare");
+            let message = format!("{teeth} teeth are too few for pitch deviations");
             return Err(
                 Error::new(Code::OutOfRange, message).with_hint("at least 3 teeth are needed")
             );
@@ -63,9 +63,9 @@ impl PitchDeviations {
         if readings.len() != teeth && !again {
             let message = format!("{} pitch readings for {teeth} teeth", readings.len());
             let hint = match method {
-                PitchMethod::Comparator => "give one reading a pitch, round the gear",
+                PitchMethod::Comparator => "give one reading per pitch",
                 PitchMethod::Index => {
-                    "give one reading a tooth, and if you like the first once more at the end"
+                    "give one reading per tooth; the first may be repeated at the end"
                 }
             };
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));

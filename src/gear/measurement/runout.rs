@@ -43,7 +43,7 @@ pub fn from_ball(readings: &[f64], teeth: usize, std: Option<f64>) -> Result<Run
     if readings.len() != teeth || teeth < 3 {
         let message = format!("{} run-out readings for {teeth} teeth", readings.len());
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("set the ball in every space once: as many readings as teeth, at least 3"));
+            .with_hint("give one reading per space, at least 3"));
     }
     check_finite(readings, "the run-out")?;
     let spread = std.map(|u| 2f64.sqrt() * u);
@@ -68,7 +68,7 @@ pub fn from_pitches(
             right.teeth()
         );
         return Err(
-            Error::new(Code::OutOfRange, message).with_hint("both sides belong to one gear")
+            Error::new(Code::OutOfRange, message).with_hint("give the same number on both sides")
         );
     }
     let slope = 2.0 * angle.tan();

@@ -91,7 +91,7 @@ impl ThicknessMethod {
                 format!("about {:.1} mm does", 1.7e3 * gear.module),
             ),
             ThicknessMethod::Chord(_) | ThicknessMethod::ConstantChord(_) => (
-                "the tip cylinder leaves no height for the chord".to_string(),
+                "the tip cylinder is too small for the chord".to_string(),
                 match gear.internal {
                     false => "give `tip_diameter`, above the reference diameter",
                     true => "give `tip_diameter`, below the reference diameter",
@@ -114,13 +114,13 @@ impl ThicknessMethod {
     ) -> Result<Estimate, Error> {
         let nominal = self.nominal(gear)?.size;
         if !reading.is_finite() {
-            let message = "a reading of tooth thickness is missing or no number";
+            let message = "a reading of tooth thickness is missing or not a number";
             return Err(Error::new(Code::NotANumber, message));
         }
         let less = reading - nominal;
         if less.abs() > gear.module {
             let message = format!(
-                "a reading of {:.4} mm where {:.4} mm are nominal",
+                "a reading is {:.4} mm (nominal {:.4} mm)",
                 1e3 * reading,
                 1e3 * nominal
             );

@@ -1,7 +1,7 @@
 //! Centrodes of two gears, `r₁ = a/(i₁₂ ± 1)`, `r₂ = i₁₂ r₁`, and of a pinion and a rack; `ds = √(r₁² + r₁′²) dφ₁` for both.
 //!
 //! Fixed frame: axis 1 at the origin, the pitch point at (r₁, 0), axis 2 at (a, 0) for external and (−a, 0) for internal gears. Gear 1
-//! turns clockwise by φ₁, so that in its own frame the pitch point is `r₁(φ₁) e^{iφ₁}`. Points of the plane are complex numbers, m.
+//! rotates clockwise by φ₁, so the pitch point in the frame of gear 1 is `r₁(φ₁) e^{iφ₁}`. Points of the plane are complex numbers, m.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
@@ -13,19 +13,19 @@ use crate::numeric::Complex;
 use crate::numeric::quadrature::CumulativeIntegral;
 use crate::numeric::statistics::extremes;
 
-/// Steps of a period or of the range in which extremes are sought.
+/// Angle intervals of a period, or of the full range, in a search for extremes.
 const POSITIONS: usize = 360;
 
-/// Kind of the mate of gear 1.
+/// Type of the gear that meshes with gear 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mate {
-    /// External gear, turning against gear 1.
+    /// External gear, rotating opposite to gear 1.
     External,
-    /// Internal gear around gear 1, turning with it.
+    /// Internal gear around gear 1, rotating in the same direction.
     Internal,
 }
 
-/// Centrodes of two bodies that turn about parallel axes, or of a gear and a rack.
+/// Centrodes of two gears with parallel axes, or of a gear and a rack.
 #[derive(Debug, Clone)]
 pub struct Centrodes(Arc<Curves>);
 
@@ -33,7 +33,7 @@ pub struct Centrodes(Arc<Curves>);
 struct Curves {
     source: Source,
     arc: CumulativeIntegral,
-    /// Range of φ₁ of the table of arcs: one period, or all.
+    /// Start of the range of φ₁ of the arc integral, rad: one period, or the full range.
     first: f64,
     last: f64,
     repeats: bool,
@@ -49,13 +49,13 @@ enum Source {
     },
     Rack {
         curve: PitchCurve,
-        /// Start of the integral of the travel over a turn.
+        /// Start of the travel integral over one revolution, rad.
         first: f64,
         travel: CumulativeIntegral,
     },
 }
 
-/// One of two bodies.
+/// Member of a pair of centrodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Member {
     /// Gear 1.
@@ -64,20 +64,20 @@ pub enum Member {
     Second,
 }
 
-/// State of a pair of centrodes at an angle of gear 1.
+/// Kinematic state of a pair of centrodes at an angle of gear 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PitchState {
     /// Angle of gear 1, rad.
     pub angle_1: f64,
-    /// Angle of gear 2, rad, against gear 1 for external mates; 0 for a rack.
+    /// Angle of gear 2, rad, opposite to gear 1 for an external mate; 0 for a rack.
     pub angle_2: f64,
     /// Travel of a rack, m; 0 for a gear.
     pub travel: f64,
-    /// `r₁`, m: the pitch point is at (r₁, 0).
+    /// Pitch radius r₁ of gear 1, m; the pitch point is at (r₁, 0).
     pub radius_1: f64,
-    /// `dr₁/dφ₁`, m/rad.
+    /// Derivative dr₁/dφ₁, m/rad.
     pub radius_slope: f64,
-    /// `ds/dφ₁`, m/rad.
+    /// Arc rate ds/dφ₁, m/rad.
     pub arc_rate: f64,
     /// Direction of the common tangent in the fixed frame, rad.
     pub tangent_angle: f64,
@@ -86,10 +86,10 @@ pub struct PitchState {
 }
 
 impl Centrodes {
-    /// The centrodes of a ratio law at a centre distance a, m.
+    /// Centrodes of a ratio law at a centre distance a, m.
     ///
     /// # Errors
-    /// `OutOfRange` where a is not positive, or where an internal mate would have a ratio i₁₂ of 1 or less.
+    /// `OutOfRange` if a is not positive, or for an internal mate with a ratio i₁₂ of 1 or less.
     pub fn of_gears(law: &RatioLaw, centre_distance: f64, mate: Mate) -> Result<Centrodes, Error> {
         check_length(centre_distance, "centre distance")?;
         let side = match mate {
@@ -101,7 +101,7 @@ impl Centrodes {
             let ratio = law.at(*angle).map_or(f64::NAN, |state| state.ratio);
             if !(ratio + side > 0.0) {
                 return Err(out_of_range(format!(
-                    "ratio i12 is {ratio:.6} at {}; the internal gear turns slower than its pinion, so i12 must exceed 1",
+                    "ratio i12 is {ratio:.6} at {}; i12 must exceed 1 for an internal gear",
                     degrees(*angle)
                 )));
             }
@@ -114,7 +114,7 @@ impl Centrodes {
         Ok(Centrodes::new(source, ends, law.period().is_some()))
     }
 
-    /// The centrodes of a gear with a given pitch curve and of a rack that slides across the line from the axis to the pitch point.
+    /// Centrodes of a gear with a given pitch curve and of a rack that moves perpendicular to the line from the axis to the pitch point.
     pub fn of_rack(curve: &PitchCurve) -> Centrodes {
         let ends = curve.panel_ends();
         let source = Source::Rack {
@@ -137,7 +137,7 @@ impl Centrodes {
         }))
     }
 
-    /// Kind of the mate; `None` for a rack.
+    /// Type of the mate; `None` for a rack.
     pub fn mate(&self) -> Option<Mate> {
         match self.0.source {
             Source::Rack { .. } => None,
@@ -146,77 +146,77 @@ impl Centrodes {
         }
     }
 
-    /// State at an angle φ₁ (rad); `None` outside the range of the law.
+    /// State at an angle φ₁, rad; `None` outside the range of the law.
     pub fn at(&self, angle_1: f64) -> Option<PitchState> {
         self.0.source.at(angle_1)
     }
 
-    /// Arc length rolled from φ₁ = 0, m.
+    /// Rolled arc length from φ₁ = 0 to an angle of gear 1, rad; m.
     pub fn arc(&self, angle_1: f64) -> f64 {
         self.0.arc_from_start(angle_1) - self.0.arc_from_start(0.0)
     }
 
-    /// Arc length of one period, or of the whole range, m.
+    /// Arc length of one period, or of the full range, m.
     pub fn arc_of_period(&self) -> f64 {
         self.0.arc.total()
     }
 
-    /// Angles of gear 1 of one period, or of the whole range, rad.
+    /// First and last angle of gear 1 of one period, or of the full range, rad.
     pub fn period(&self) -> [f64; 2] {
         [self.0.first, self.0.last]
     }
 
-    /// Least and greatest of a value over angles of gear 1 of one period, or of the whole range, at 361 of them.
+    /// Minimum and maximum of a quantity over one period, or over the full range, at 361 angles of gear 1.
     pub fn extremes(&self, value: impl Fn(f64) -> Option<f64>) -> [f64; 2] {
         extremes(self.angles().filter_map(value)).into()
     }
 
-    /// Angles of gear 1 over one period, or over the whole range, at equal steps with both ends, rad.
+    /// Angles of gear 1 over one period, or over the full range, at equal steps with both ends, rad.
     pub fn angles(&self) -> impl Iterator<Item = f64> + use<> {
         let [first, last] = self.period();
         (0..=POSITIONS).map(move |i| first + (last - first) * i as f64 / POSITIONS as f64)
     }
 
-    /// Arc length (m) of a body's whole centrode.
+    /// Arc length of the closed centrode of a member, m.
     ///
     /// # Errors
-    /// `OutOfRange` where the centrodes do not close.
+    /// `OutOfRange` for open centrodes.
     pub fn closed_arc(&self, member: Member) -> Result<f64, Error> {
         let Source::Gears { law, .. } = &self.0.source else {
             return match member {
                 Member::First => Ok(self.arc_of_period()),
-                Member::Second => Err(out_of_range("a rack does not close".into())),
+                Member::Second => Err(out_of_range("a rack is not a closed curve".into())),
             };
         };
         law.check_closed()?;
         let [period, advance] = law.period().unwrap_or([TAU, TAU]);
-        let passes = match member {
+        let periods = match member {
             Member::First => TAU / period,
             Member::Second => TAU / advance,
         };
-        Ok(self.arc_of_period() * passes)
+        Ok(self.arc_of_period() * periods)
     }
 
-    /// Angle φ₁ (rad) at which an arc (m) has rolled; `None` outside the range.
+    /// Angle φ₁, rad, at a rolled arc length, m; `None` outside the range.
     pub fn angle_at_arc(&self, arc: f64) -> Option<f64> {
         let curves = &*self.0;
         let total = curves.arc.total();
         let arc = arc + curves.arc_from_start(0.0);
-        let turns = match curves.repeats {
+        let periods = match curves.repeats {
             true => (arc / total).floor(),
             false => 0.0,
         };
-        let rest = arc - turns * total;
+        let remainder = arc - periods * total;
         let slack = 1e-12 * total;
-        if !(-slack..=total + slack).contains(&rest) {
+        if !(-slack..=total + slack).contains(&remainder) {
             return None;
         }
         let rate = |x: f64| curves.source.arc_rate(x.clamp(curves.first, curves.last));
-        let angle = curves.arc.inverse(rate, rest.clamp(0.0, total));
-        Some(angle.clamp(curves.first, curves.last) + turns * (curves.last - curves.first))
+        let angle = curves.arc.inverse(rate, remainder.clamp(0.0, total));
+        Some(angle.clamp(curves.first, curves.last) + periods * (curves.last - curves.first))
     }
 
-    /// Position of a body at a state: its frame's origin and angle in the fixed frame, m and rad.
+    /// Pose of a member at a state: origin, m, and angle, rad, of its frame in the fixed frame.
     pub fn pose(&self, member: Member, state: &PitchState) -> (Complex, f64) {
         match (member, &self.0.source) {
             (Member::First, _) => (Complex::new(0.0, 0.0), -state.angle_1),
@@ -235,12 +235,12 @@ impl Centrodes {
         }
     }
 
-    /// Whether the law repeats.
+    /// Whether the ratio law is periodic.
     pub fn repeats(&self) -> bool {
         self.0.repeats
     }
 
-    /// Place of a body's axis on the line of centres, m; `None` for a rack.
+    /// Position of the axis of a member on the line of centres, m; `None` for a rack.
     pub fn mate_axis(&self, member: Member) -> Option<f64> {
         match (member, &self.0.source) {
             (Member::First, _) => Some(0.0),
@@ -256,7 +256,7 @@ impl Centrodes {
         }
     }
 
-    /// Counter-clockwise turn of a body (rad), or displacement of a rack along y (m), with two derivatives over φ₁.
+    /// Counter-clockwise rotation of a member, rad, or displacement of a rack along y, m, with two derivatives with respect to φ₁.
     pub fn displacement(&self, member: Member, angle_1: f64) -> Option<[f64; 3]> {
         if member == Member::First {
             return Some([-angle_1, -1.0, 0.0]);
@@ -280,20 +280,20 @@ impl Centrodes {
 }
 
 impl Curves {
-    /// Arc from the start of the table.
+    /// Arc length from the start of the range, m.
     fn arc_from_start(&self, angle_1: f64) -> f64 {
         let length = self.last - self.first;
-        let turns = match self.repeats {
+        let periods = match self.repeats {
             true => ((angle_1 - self.first) / length).floor(),
             false => 0.0,
         };
-        let rest = angle_1 - turns * length;
-        turns * self.arc.total() + self.arc.at(|x| self.source.arc_rate(x), rest)
+        let remainder = angle_1 - periods * length;
+        periods * self.arc.total() + self.arc.at(|x| self.source.arc_rate(x), remainder)
     }
 }
 
 impl Source {
-    /// `[r₁, r₁′, r₁″]`.
+    /// Pitch radius and derivatives `[r₁, r₁′, r₁″]`, m.
     fn polar(&self, angle_1: f64) -> Option<[f64; 3]> {
         match self {
             Source::Rack { curve, .. } => Some(curve.at(angle_1)),
@@ -322,7 +322,7 @@ impl Source {
     fn at(&self, angle_1: f64) -> Option<PitchState> {
         let [r, r1, r2] = self.polar(angle_1)?;
         let arc_rate = r.hypot(r1);
-        // δ = π/2 − atan(r₁′/r₁) is the direction of the tangent; body i sees it at δ minus its own angle.
+        // δ = π/2 − atan(r₁′/r₁) is the direction of the tangent; in the frame of a member its angle is subtracted.
         let tangent_rate = (r1 * r1 - r * r2) / (arc_rate * arc_rate);
         let (angle_2, travel, mate_rate) = match self {
             Source::Gears { law, side, .. } => {

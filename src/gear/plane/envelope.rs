@@ -62,10 +62,10 @@ fn motion(rolling: &Rolling) -> Result<Motion<WorkFrame, ToolFrame>, Error> {
     let is_member = |centrode: &Centrode| matches!(centrode, Centrode::Member { .. });
     if is_member(&rolling.tool) != is_member(&rolling.work) {
         return Err(out_of_range(
-            "the envelope of the kernel takes lines and circles, or the two bodies of one pair"
+            "the envelope is computed for lines and circles, or the two bodies of one pair, only"
                 .into(),
         )
-        .with_hint("take the conjugate by normals"));
+        .with_hint("use the conjugate by normals"));
     }
     let work: Motion<PitchFrame, WorkFrame> = to_pitch(&rolling.work);
     Ok(to_pitch(&rolling.tool).followed_by(work.inverse()))

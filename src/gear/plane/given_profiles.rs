@@ -41,9 +41,9 @@ pub fn contacts(
     match found.is_empty() {
         false => Ok(found),
         true => {
-            let message = "the given flanks of pinion and gear touch nowhere";
+            let message = "the given flanks of pinion and gear do not touch";
             Err(Error::new(Code::OutOfRange, message).with_hint(
-                "at φ₁ = 0 both frames are parallel, and the pitch point lies on the x axis between the gears",
+                "check the frames: at φ₁ = 0 both are parallel, and the pitch point lies on the x axis between the gears",
             ))
         }
     }

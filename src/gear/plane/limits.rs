@@ -1,8 +1,8 @@
-//! Limits of a generated profile: undercut, where the contact rests on the work (first kind, D = 0), and the end of contact, where
-//! it rests on the tool (second kind, Φ = 0).
+//! Limits of a generated profile: undercut, where the contact is stationary on the work (first kind, D = 0), and the end of contact,
+//! where it is stationary on the tool (second kind, Φ = 0).
 //!
-//! With `f_u du + f_s ds = 0` the contact moves on tool and work as `speed · f_s` and `D = speed · f_s + (κ_w − κ_t) λ f_u`, λ its distance
-//! from the pitch point along the normal; Φ is f_s (Litvin & Fuentes 2004, §6.3).
+//! With `f_u du + f_s ds = 0` the speeds of the contact on tool and work are `speed · f_s` and `D = speed · f_s + (κ_w − κ_t) λ f_u`, with
+//! the distance λ from the pitch point along the normal and Φ = f_s (Litvin & Fuentes 2004, §6.3).
 
 use super::conjugate::ConjugateProfile;
 use super::contact::Contact;
@@ -12,43 +12,43 @@ use crate::base::error::Error;
 use crate::gear::kernel::root::sign_change;
 use crate::numeric::Complex;
 
-/// Halvings of a step of contacts: rounding of the parameter.
+/// Bisections between neighbouring contacts, to rounding of the parameter.
 const HALVINGS: usize = 60;
 
 /// Kind of a limit point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitKind {
-    /// First kind: the generated profile has a cusp, beyond it the tool undercuts.
+    /// First kind: cusp of the generated profile, with undercut beyond.
     Undercut,
-    /// Second kind: the tool's profile has no contact beyond.
+    /// Second kind: no contact of the tool profile beyond.
     EndOfContact,
 }
 
 /// Limit point of a generated profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitPoint {
-    /// Kind.
+    /// Kind of the limit.
     pub kind: LimitKind,
-    /// Parameter on the tool's profile.
+    /// Parameter of the tool profile.
     pub parameter: f64,
-    /// Arc rolled, m.
+    /// Rolled arc, m.
     pub arc: f64,
-    /// Limit point on the tool, m: a tool that ends here is the largest that does not undercut.
+    /// Limit point in the frame of the tool, m: end of the largest tool that does not undercut.
     pub tool_point: Complex,
-    /// Limit point on the work, m: a blank that begins here needs no more of the tool.
+    /// Limit point in the frame of the work, m: a blank that begins here needs no larger tool.
     pub work_point: Complex,
 }
 
-/// Limits of a profile, and the part of the tool between them.
+/// Limit points of a generated profile, with the usable part of the tool.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// Limit points by rising parameter.
+    /// Limit points by ascending parameter.
     pub points: Vec<LimitPoint>,
-    /// Parameters of the tool's profile that generate without a limit, around the contact nearest to the pitch point.
+    /// Range of parameters of the tool profile without a limit, around the contact nearest to the pitch point.
     pub usable: [f64; 2],
 }
 
-/// Finds the limits of a generated profile between its contacts, and where its contact ends.
+/// Determines the undercut points between the contacts of a generated profile, and the ends of contact.
 pub fn limits<P: Profile>(generated: &ConjugateProfile<P>) -> Limits {
     let contacts = generated.contacts();
     let mut points = vec![];
@@ -85,21 +85,21 @@ fn undercut<P: Profile>(
     Some(limit_at(LimitKind::Undercut, &generated.at(u)?))
 }
 
-/// Halves the step from the last contact to a parameter that may have none.
+/// End of contact by bisection between the last contact and a parameter without contact.
 fn end_of_contact<P: Profile>(
     generated: &ConjugateProfile<P>,
     last: &Contact,
-    beyond: f64,
+    end: f64,
 ) -> LimitPoint {
-    let (mut with, mut without) = (*last, beyond);
+    let (mut inner, mut outer) = (*last, end);
     for _ in 0..HALVINGS {
-        let middle = 0.5 * (with.parameter + without);
+        let middle = 0.5 * (inner.parameter + outer);
         match generated.at(middle) {
-            Some(contact) => with = contact,
-            None => without = middle,
+            Some(contact) => inner = contact,
+            None => outer = middle,
         }
     }
-    limit_at(LimitKind::EndOfContact, &with)
+    limit_at(LimitKind::EndOfContact, &inner)
 }
 
 fn limit_at(kind: LimitKind, contact: &Contact) -> LimitPoint {
@@ -112,11 +112,11 @@ fn limit_at(kind: LimitKind, contact: &Contact) -> LimitPoint {
     }
 }
 
-/// Curvature (1/m) of the work's centrode at which the tool's point of a contact would be the limit of undercut: a blank that curves less
-/// there is not undercut.
+/// Curvature of the work centrode, 1/m, at which the tool point of a contact is the undercut limit: a blank of smaller curvature is not
+/// undercut there.
 ///
 /// # Errors
-/// `OutOfRange` for a contact in the pitch point, where no blank is undercut.
+/// `OutOfRange` for a contact at the pitch point, where no blank is undercut.
 pub fn limiting_curvature<P: Profile>(
     generated: &ConjugateProfile<P>,
     contact: &Contact,
@@ -126,15 +126,15 @@ pub fn limiting_curvature<P: Profile>(
     match state {
         Some(state) if reach != 0.0 => Ok(state.tool.curvature - contact.tool_speed / reach),
         _ => Err(out_of_range(
-            "the contact lies in the pitch point, where no blank is undercut".into(),
+            "the contact is at the pitch point, where no undercut occurs".into(),
         )),
     }
 }
 
-/// Refuses a generated profile that is undercut or not wholly touched.
+/// Checks that a generated profile is not undercut and that the full tool profile has contact.
 ///
 /// # Errors
-/// `OutOfRange` with the limit, the part of the tool that works and the blank that would take the whole tool.
+/// `OutOfRange` with the limit, the usable part of the tool and the pitch-curve radius for the full tool.
 pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), Error> {
     let limits = limits(generated);
     let [low, high] = limits.usable;
@@ -155,7 +155,7 @@ pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), E
     );
     let message = match limit.kind {
         LimitKind::Undercut => format!("the tool undercuts the work beyond {place}"),
-        LimitKind::EndOfContact => format!("the tool's profile touches nothing beyond {place}"),
+        LimitKind::EndOfContact => format!("the tool's profile has no contact beyond {place}"),
     };
     let mut hint = format!("end the tool's profile at parameters {low} to {high}");
     let [first, last] = generated.range();

@@ -1,7 +1,7 @@
-//! Conjugate profiles from a line of action: a point at the distance l from the pitch point, in the direction α from the common tangent,
-//! belongs to the arc `s = s₀ − ∫ dl/cos α`, and both profiles are read off there.
+//! Conjugate profiles from a line of action: its point at the distance l from the pitch point, at the angle α to the common tangent,
+//! is the contact at the arc `s = s₀ − ∫ dl/cos α`, which gives a point of both profiles.
 //!
-//! The profile moves along its tangent, so that `dl/ds = −cos α`: the general solution of Willis' law (Litvin & Fuentes 2004, §5.4).
+//! The profile moves along its tangent, so `dl/ds = −cos α`: the general solution of Willis' law (Litvin & Fuentes 2004, §5.4).
 
 use super::pitch_curve::{millimetres, out_of_range};
 use super::rolling::Rolling;
@@ -10,26 +10,26 @@ use crate::numeric::Complex;
 use crate::numeric::quadrature;
 use crate::numeric::quintic_spline::QuinticSpline;
 
-/// Panels between two neighbouring points.
+/// Quadrature panels between neighbouring parameters.
 const PANELS: usize = 8;
-/// Least |cos α|: where the line runs at right angles to the tangent the body would roll without end.
-const STEEPEST: f64 = 1e-6;
+/// Minimum |cos α|: a line of action perpendicular to the tangent needs an infinite arc.
+const MIN_COSINE: f64 = 1e-6;
 
-/// Line of action in the pitch frame, by its own parameter.
+/// Line of action in the pitch frame, as a parametric curve.
 #[derive(Debug, Clone)]
 pub enum LineOfAction {
-    /// Straight line through the pitch point at an angle (rad) to the tangent; the parameter is the distance l (m). It makes involutes.
+    /// Straight line through the pitch point at an angle to the tangent, for involutes; the parameter is the distance l, m.
     Straight {
         /// Angle α, rad.
         angle: f64,
     },
-    /// Circle through the pitch point, touching the tangent, centre at (0, radius); the parameter is α (rad), `l = 2 r sin α`. It makes
-    /// cycloids.
+    /// Circle tangent to the common tangent at the pitch point, centre (0, radius), for cycloids; the parameter is α, rad, and
+    /// `l = 2 r sin α`.
     Circle {
         /// Signed radius, m.
         radius: f64,
     },
-    /// Curve of an arc or pin carried by a pitch circle; the parameter is the angle θ (rad) of its centre behind the line of centres.
+    /// Line of action of an arc or pin fixed to a pitch circle; the parameter is the angle θ of its centre behind the line of centres, rad.
     Arc {
         /// Distance of the arc's centre from the axis of the pitch circle, m.
         centre_distance: f64,
@@ -38,21 +38,21 @@ pub enum LineOfAction {
         /// Radius of the arc, m, negative where the contact lies beyond the centre.
         arc_radius: f64,
     },
-    /// Quintic splines through points of the pitch frame, by row.
+    /// Quintic splines through points of the pitch frame; the parameter is the row index.
     Points(PathSpline),
 }
 
-/// Splines of l and α through points of a line of action.
+/// Quintic splines of l, m, and α, rad, through points of a line of action.
 #[derive(Debug, Clone)]
 pub struct PathSpline {
     distance: QuinticSpline,
     angle: QuinticSpline,
 }
 
-/// Contact read off a line of action.
+/// Contact at a point of a line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActionContact {
-    /// Arc rolled, m.
+    /// Rolled arc, m.
     pub arc: f64,
     /// Contact point in the pitch frame, m.
     pub path_point: Complex,
@@ -63,10 +63,10 @@ pub struct ActionContact {
 }
 
 impl LineOfAction {
-    /// The line through points (m) of the pitch frame, seven or more, by row; it may pass through the pitch point.
+    /// Line of action through seven or more points of the pitch frame, m; it may pass through the pitch point.
     ///
     /// # Errors
-    /// `OutOfRange` for fewer points, or with the row of a point that is not finite or is the pitch point itself.
+    /// `OutOfRange` for fewer points, and for a point that is not finite or coincides with the pitch point, with its row.
     pub fn points(points: &[Complex]) -> Result<LineOfAction, Error> {
         let mut distances = vec![];
         let mut angles: Vec<f64> = vec![];
@@ -74,16 +74,16 @@ impl LineOfAction {
             let (mut l, mut angle) = (z.norm(), z.arg());
             if !(l > 0.0 && l.is_finite()) {
                 return Err(out_of_range(format!(
-                    "row {}: the point ({}, {}) m of the line of action has no direction from the pitch point",
+                    "row {}: the point ({}, {}) m of the line of action coincides with the pitch point",
                     row + 1,
                     z.re,
                     z.im
                 ))
-                .with_hint("leave the pitch point itself out: the line passes through it by interpolation"));
+                .with_hint("omit the pitch point: the line passes through it by interpolation"));
             }
-            if let Some(before) = angles.last() {
-                // Direction modulo π: beyond the pitch point the distance counts negative.
-                let half_turns = ((before - angle) / std::f64::consts::PI).round();
+            if let Some(previous) = angles.last() {
+                // The direction is continued modulo π: beyond the pitch point the distance is negative.
+                let half_turns = ((previous - angle) / std::f64::consts::PI).round();
                 angle += half_turns * std::f64::consts::PI;
                 if half_turns.rem_euclid(2.0) == 1.0 {
                     l = -l;
@@ -105,7 +105,7 @@ impl LineOfAction {
         }
     }
 
-    /// `[l, dl/dt, α]` at a parameter.
+    /// Distance, derivative and direction `[l, dl/dt, α]` at a parameter.
     fn at(&self, t: f64) -> [f64; 3] {
         match self {
             LineOfAction::Straight { angle } => [t, 1.0, *angle],
@@ -118,12 +118,12 @@ impl LineOfAction {
                 pitch_radius,
                 arc_radius,
             } => {
-                // Centre of the arc seen from the pitch point, x along the tangent, which points along +y.
-                let turn = Complex::new(0.0, -1.0);
+                // Centre of the arc relative to the pitch point, x along the common tangent, which points along +y.
+                let rotation = Complex::new(0.0, -1.0);
                 let centre = Complex::cis(t) * *centre_distance;
                 let (q, dq) = (
-                    (centre - *pitch_radius) * turn,
-                    Complex::new(0.0, 1.0) * centre * turn,
+                    (centre - *pitch_radius) * rotation,
+                    Complex::new(0.0, 1.0) * centre * rotation,
                 );
                 let norm = q.norm();
                 [norm - arc_radius, (q.conj() * dq).re / norm, q.arg()]
@@ -135,10 +135,10 @@ impl LineOfAction {
         }
     }
 
-    /// Contacts at rising parameters, the first of which belongs to the arc `start` (m).
+    /// Contacts at ascending parameters; `start`: rolled arc of the first contact, m.
     ///
     /// # Errors
-    /// `OutOfRange` where the line runs at right angles to the common tangent, or leaves the range of the motion.
+    /// `OutOfRange` where the line is perpendicular to the common tangent, and outside the range of the motion.
     pub fn contacts(
         &self,
         rolling: &Rolling,
@@ -150,18 +150,18 @@ impl LineOfAction {
             -dl / angle.cos()
         };
         let mut contacts = vec![];
-        let (mut arc, mut before): (f64, Option<f64>) = (start, None);
+        let (mut arc, mut previous): (f64, Option<f64>) = (start, None);
         for &t in parameters {
-            if let Some(t0) = before {
-                let at = |k: usize| t0 + (t - t0) * k as f64 / PANELS as f64;
-                let panel = |k: usize| quadrature::panel(rate, at(k), at(k + 1));
+            if let Some(t0) = previous {
+                let node = |k: usize| t0 + (t - t0) * k as f64 / PANELS as f64;
+                let panel = |k: usize| quadrature::panel(rate, node(k), node(k + 1));
                 arc += (0..PANELS).map(panel).sum::<f64>();
             }
-            before = Some(t);
+            previous = Some(t);
             let [l, _, angle] = self.at(t);
-            if !(angle.cos().abs() > STEEPEST) {
+            if !(angle.cos().abs() > MIN_COSINE) {
                 return Err(out_of_range(format!(
-                    "the line of action runs at right angles to the pitch line at its parameter {t}; it makes no profile there"
+                    "the line of action is perpendicular to the pitch line at its parameter {t}; it gives no profile there"
                 )));
             }
             let path_point = Complex::cis(angle) * l;

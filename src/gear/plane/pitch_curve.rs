@@ -1,4 +1,4 @@
-//! Pitch curves given in polar form, `r₁(φ₁)`, and the mate that closes: `∫₀^2π r₁/(a − r₁) dφ₁ = 2π/n`.
+//! Pitch curves in polar form, `r₁(φ₁)`, and the centre distance of a closed mate: `∫₀^2π r₁/(a − r₁) dφ₁ = 2π/n`.
 
 use std::f64::consts::TAU;
 
@@ -7,12 +7,12 @@ use crate::base::error::Error;
 use crate::numeric::quadrature::CumulativeIntegral;
 use crate::numeric::quintic_spline::QuinticSpline;
 
-/// Panels of an integral over a turn of a curve in closed form: with ten points each, rounding for eccentricities up to 0.9.
+/// Number of panels of an integral over one revolution; ten points in each reach rounding accuracy for eccentricities up to 0.9.
 const PANELS: usize = 128;
-/// Relative step below which Newton's next step is rounding.
-const CONVERGED: f64 = 1e-12;
+/// Relative Newton step below which the iteration has converged: the next step is of the size of rounding.
+const STEP_TOLERANCE: f64 = 1e-12;
 
-/// Closed curve about an axis, one radius for each angle.
+/// Closed pitch curve about an axis of rotation, with one radius for each angle.
 #[derive(Debug, Clone)]
 pub struct PitchCurve(Shape);
 
@@ -33,7 +33,7 @@ enum Shape {
 }
 
 impl PitchCurve {
-    /// Ellipse of a semi-major axis (m) about its focus, folded into `lobes`: `r = A (1 − e²)/(1 − e cos nφ)`.
+    /// Ellipse of semi-major axis A (m) about its focus, repeated `lobes` = n times per revolution: `r = A (1 − e²)/(1 − e cos nφ)`.
     ///
     /// # Errors
     /// `OutOfRange` unless A > 0, 0 ≤ e < 1, n ≥ 1.
@@ -46,7 +46,7 @@ impl PitchCurve {
         }
         if lobes == 0 {
             return Err(out_of_range(
-                "an ellipse has no lobe; give 1 or more".into(),
+                "an ellipse has 0 lobes; give 1 or more".into(),
             ));
         }
         Ok(PitchCurve(Shape::Ellipse {
@@ -74,10 +74,10 @@ impl PitchCurve {
         }))
     }
 
-    /// Periodic quintic spline through radii (m) at rising angles (rad); the last row is one turn after the first and repeats its radius.
+    /// Periodic quintic spline through radii (m) at increasing angles (rad); the last row lies one revolution after the first and repeats its radius.
     ///
     /// # Errors
-    /// `OutOfRange` with the row where an angle does not rise, a radius is not positive, or the table does not close over a turn.
+    /// `OutOfRange` with the row where an angle does not increase, a radius is not positive, or the table does not close over a revolution.
     pub fn table(angles: &[f64], radii: &[f64]) -> Result<PitchCurve, Error> {
         check_turn(angles, radii, "radius")?;
         if let Some(row) = radii.iter().position(|r| !(*r > 0.0)) {
@@ -88,7 +88,7 @@ impl PitchCurve {
             )));
         }
         let (first, last) = (radii[0], radii[radii.len() - 1]);
-        if (last - first).abs() > CLOSED * first {
+        if (last - first).abs() > CLOSURE_TOLERANCE * first {
             return Err(out_of_range(format!(
                 "row {}: radius {} after one turn, {} in row 1; the table does not close",
                 radii.len(),
@@ -97,14 +97,14 @@ impl PitchCurve {
             ))
             .with_hint("repeat the first radius in the last row"));
         }
-        let mut closed = radii.to_vec();
-        closed[radii.len() - 1] = first;
-        let spline = QuinticSpline::periodic(&turn_angles(angles), &closed)
+        let mut closed_radii = radii.to_vec();
+        closed_radii[radii.len() - 1] = first;
+        let spline = QuinticSpline::periodic(&turn_angles(angles), &closed_radii)
             .ok_or_else(|| out_of_range("the table has fewer than three rows".into()))?;
         Ok(PitchCurve(Shape::Table(spline)))
     }
 
-    /// `[r, r′, r″]` at an angle, m and rad.
+    /// Radius and its derivatives `[r, r′, r″]` (m, m/rad, m/rad²) at an angle (rad).
     pub fn at(&self, angle: f64) -> [f64; 3] {
         match &self.0 {
             Shape::Ellipse {
@@ -138,7 +138,7 @@ impl PitchCurve {
         }
     }
 
-    /// Angles over one turn between which the curve is smooth.
+    /// Angles (rad) over one revolution between which the curve is smooth.
     pub(super) fn panel_ends(&self) -> Vec<f64> {
         match &self.0 {
             Shape::Table(spline) => panels_between(spline.knots()),
@@ -146,35 +146,35 @@ impl PitchCurve {
         }
     }
 
-    /// Largest radius over the panel ends.
+    /// Largest radius (m) over the panel ends.
     fn largest_radius(&self) -> f64 {
         let radii = self.panel_ends().into_iter().map(|angle| self.at(angle)[0]);
         radii.fold(0.0, f64::max)
     }
 
-    /// Centre distance (m) at which an external mate closes after `lobes` passes of this curve: the mate turns 2π/n for one turn.
+    /// Centre distance (m) at which an external mate closes after `lobes` = n revolutions of this curve, each of which turns it by 2π/n.
     ///
     /// Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. (2004), §12.7.
     ///
     /// # Errors
-    /// `OutOfRange` for n = 0; `NoConvergence` where the closure has no root.
+    /// `OutOfRange` for n = 0; `NoConvergence` if the closure equation has no root.
     pub fn closing_centre_distance(&self, lobes: u32) -> Result<f64, Error> {
         if lobes == 0 {
             return Err(out_of_range(
-                "a mate that closes needs a whole number of passes; give 1 or more".into(),
+                "a closed mate needs a whole number of passes; give 1 or more".into(),
             ));
         }
         let angle = TAU / f64::from(lobes);
         let ends = self.panel_ends();
         let integral = |f: &dyn Fn(f64) -> f64| CumulativeIntegral::new(f, ends.clone()).total();
-        // G(a) = ∫ r/(a − r) falls from +∞ and is convex: from a place left of the root, where G exceeds the angle, Newton rises to it.
-        let largest = self.largest_radius();
-        let mut a = largest * (1.0 + 1e-3);
+        // G(a) = ∫ r/(a − r) decreases from +∞ and is convex: Newton's method converges monotonically from a start left of the root.
+        let largest_radius = self.largest_radius();
+        let mut a = largest_radius * (1.0 + 1e-3);
         let excess = |a: f64| integral(&|x| ratio_of(self.at(x)[0], a)) - angle;
         let mut gap = 1e-3;
         while !(excess(a) > 0.0) && gap > 1e-12 {
             gap *= 0.1;
-            a = largest * (1.0 + gap);
+            a = largest_radius * (1.0 + gap);
         }
         for _ in 0..200 {
             let slope = integral(&|x| {
@@ -183,13 +183,13 @@ impl PitchCurve {
             });
             let step = excess(a) / slope;
             a += step;
-            if step.abs() <= CONVERGED * a {
+            if step.abs() <= STEP_TOLERANCE * a {
                 return Ok(a);
             }
         }
         Err(Error::new(
             Code::NoConvergence,
-            format!("no centre distance closes the mate after {lobes} passes"),
+            format!("the mate is not closed after {lobes} passes at any centre distance"),
         ))
     }
 }
@@ -198,14 +198,14 @@ fn ratio_of(r: f64, a: f64) -> f64 {
     r / (a - r)
 }
 
-/// Relative difference of first and last row that closes a table: the sixth digit of a printed table.
-pub(super) const CLOSED: f64 = 1e-5;
+/// Relative difference of first and last row up to which a table counts as closed: the sixth digit of a printed table.
+pub(super) const CLOSURE_TOLERANCE: f64 = 1e-5;
 
-/// Refuses angles that do not rise or do not span one turn; `what` names the other column.
-pub(super) fn check_turn(angles: &[f64], values: &[f64], what: &str) -> Result<(), Error> {
+/// Returns an error unless the angles (rad) increase and span one revolution; `quantity` names the other column.
+pub(super) fn check_turn(angles: &[f64], values: &[f64], quantity: &str) -> Result<(), Error> {
     if angles.len() != values.len() || angles.len() < 4 {
         return Err(out_of_range(format!(
-            "the table has {} angles and {} values of {what}; give 4 rows or more",
+            "the table has {} angles and {} values of {quantity}; give 4 rows or more",
             angles.len(),
             values.len()
         )));
@@ -227,7 +227,7 @@ pub(super) fn check_turn(angles: &[f64], values: &[f64], what: &str) -> Result<(
         )));
     }
     let span = angles[angles.len() - 1] - angles[0];
-    if (span - TAU).abs() > CLOSED * TAU {
+    if (span - TAU).abs() > CLOSURE_TOLERANCE * TAU {
         return Err(out_of_range(format!(
             "row {}: the angles span {}; the table does not close over a turn of 360 deg",
             angles.len(),
@@ -237,7 +237,7 @@ pub(super) fn check_turn(angles: &[f64], values: &[f64], what: &str) -> Result<(
     Ok(())
 }
 
-/// The angles with the last exactly one turn after the first.
+/// Angles (rad) with the last set to exactly one revolution after the first.
 pub(super) fn turn_angles(angles: &[f64]) -> Vec<f64> {
     let mut turn = angles.to_vec();
     turn[angles.len() - 1] = angles[0] + TAU;
@@ -250,47 +250,46 @@ pub(super) fn even_panels(length: f64) -> Vec<f64> {
     (0..=PANELS).map(end).collect()
 }
 
-/// Ends of panels that break at every knot, at least as many as for a curve in closed form.
+/// Ends of panels that break at every knot, at least `PANELS` panels in all.
 pub(super) fn panels_between(knots: &[f64]) -> Vec<f64> {
-    let parts = PANELS.div_ceil(knots.len() - 1).max(1);
+    let n_parts = PANELS.div_ceil(knots.len() - 1).max(1);
     let mut ends = vec![knots[0]];
     for pair in knots.windows(2) {
-        let end = |i| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64;
-        ends.extend((1..parts).map(end));
+        let end = |i| pair[0] + (pair[1] - pair[0]) * i as f64 / n_parts as f64;
+        ends.extend((1..n_parts).map(end));
         ends.push(pair[1]);
     }
     ends
 }
 
-/// Lengths (m) between which squares and products stay far from overflow.
-const LENGTHS: [f64; 2] = [1e-9, 1e9];
+/// Range of lengths (m) in which squares and products stay far from overflow.
+const LENGTH_RANGE: [f64; 2] = [1e-9, 1e9];
 
-/// Refuses a length that is not positive or beyond all machines.
-pub(super) fn check_length(length: f64, what: &str) -> Result<(), Error> {
-    let [least, most] = LENGTHS;
-    if (least..=most).contains(&length) {
+/// Returns an error for a length (m) outside `LENGTH_RANGE`; `quantity` names it.
+pub(super) fn check_length(length: f64, quantity: &str) -> Result<(), Error> {
+    let [shortest, longest] = LENGTH_RANGE;
+    if (shortest..=longest).contains(&length) {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "{what} is {}; it must be positive, from {} to {}",
+        "{quantity} is {}; it must be positive, from {} to {}",
         millimetres(length),
-        millimetres(least),
-        millimetres(most)
+        millimetres(shortest),
+        millimetres(longest)
     )))
 }
 
-/// An angle of a message.
+/// Text of an angle (rad) in degrees, for messages.
 pub(super) fn degrees(angle: f64) -> String {
-    format!("{} deg", rounded(angle.to_degrees()))
+    format!("{} deg", round_to_six_decimals(angle.to_degrees()))
 }
 
-/// A length of a message.
+/// Text of a length (m) in millimetres, for messages.
 pub(super) fn millimetres(length: f64) -> String {
-    format!("{} mm", rounded(1e3 * length))
+    format!("{} mm", round_to_six_decimals(1e3 * length))
 }
 
-/// A number to six decimals.
-fn rounded(x: f64) -> f64 {
+fn round_to_six_decimals(x: f64) -> f64 {
     (1e6 * x).round() / 1e6
 }
 

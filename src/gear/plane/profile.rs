@@ -126,7 +126,7 @@ impl Shape {
         check_range(roll)?;
         if roll[0] < 0.0 {
             return Err(out_of_range(format!(
-                "roll angle {} of an involute is negative; it starts at 0 on the base circle",
+                "roll angle {} of an involute is negative; it must be 0 or more, from the base circle",
                 degrees(roll[0])
             )));
         }
@@ -154,7 +154,7 @@ impl Shape {
         let is_circle = rolling_radius == 0.0 || rolling_radius == -base_radius;
         if is_circle || !rolling_radius.is_finite() {
             return Err(out_of_range(format!(
-                "rolling radius {} on a base circle of {} makes no cycloid; take another radius",
+                "rolling radius {} on a base circle of {} gives no cycloid; use another radius",
                 millimetres(rolling_radius),
                 millimetres(base_radius)
             )));
@@ -198,7 +198,7 @@ impl Shape {
         match (coordinate(|z| z.re), coordinate(|z| z.im)) {
             (Some(x), Some(y)) => Ok(Shape(Kind::Points { x, y })),
             _ => Err(out_of_range(
-                "the points are so close that their chord does not rise; thin them out".into(),
+                "the points are too close for their chord length to increase; omit some".into(),
             )),
         }
     }
@@ -294,6 +294,6 @@ fn check_range([low, high]: [f64; 2]) -> Result<(), Error> {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "a profile runs from {low} to {high}; the limits must rise"
+        "a profile runs from {low} to {high}; the limits must increase"
     )))
 }

@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use super::curve_law::CurveLaw;
 use super::pitch_curve::{
-    CLOSED, PitchCurve, check_turn, degrees, even_panels, out_of_range, panels_between, turn_angles,
+    CLOSURE_TOLERANCE, PitchCurve, check_turn, degrees, even_panels, out_of_range, panels_between,
+    turn_angles,
 };
 use crate::base::error::Error;
 use crate::numeric::quintic_spline::QuinticSpline;
 
-/// Distance from a whole number at which a ratio counts as whole.
-const WHOLE: f64 = 1e-9;
+/// Relative distance from an integer up to which a ratio counts as an integer.
+const INTEGER_TOLERANCE: f64 = 1e-9;
 
-/// Ratio function, positive everywhere in its range.
+/// Ratio function `i₁₂(φ₁)`, positive in its whole range.
 #[derive(Debug, Clone)]
 pub struct RatioLaw(Law);
 
@@ -23,7 +24,7 @@ enum Law {
     Linear {
         first: f64,
         slope: f64,
-        over: f64,
+        range: f64,
     },
     Elliptic(f64),
     Sine {
@@ -38,18 +39,18 @@ enum Law {
 /// Values of a ratio function at one angle of gear 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RatioState {
-    /// Angle φ₂ of gear 2, rad, 0 where φ₁ is.
+    /// Angle φ₂ of gear 2, rad; 0 at φ₁ = 0.
     pub angle_2: f64,
-    /// `i₁₂`.
+    /// Ratio `i₁₂ = ω₁/ω₂`.
     pub ratio: f64,
-    /// `di₁₂/dφ₁`, 1/rad.
+    /// First derivative `di₁₂/dφ₁`, 1/rad.
     pub slope: f64,
-    /// `d²i₁₂/dφ₁²`, 1/rad².
+    /// Second derivative `d²i₁₂/dφ₁²`, 1/rad².
     pub second: f64,
 }
 
 impl RatioLaw {
-    /// A constant ratio.
+    /// Constant ratio function.
     ///
     /// # Errors
     /// `OutOfRange` unless it is positive.
@@ -58,27 +59,27 @@ impl RatioLaw {
         Ok(RatioLaw(Law::Constant(ratio)))
     }
 
-    /// `i₁₂` from `first` at φ₁ = 0 to `last` at φ₁ = `over` (rad), linear in φ₁; not defined outside.
+    /// Ratio linear in φ₁, from `first` at φ₁ = 0 to `last` at φ₁ = `range` (rad); not defined outside.
     ///
     /// # Errors
     /// `OutOfRange` unless all three are positive.
-    pub fn linear(first: f64, last: f64, over: f64) -> Result<RatioLaw, Error> {
+    pub fn linear(first: f64, last: f64, range: f64) -> Result<RatioLaw, Error> {
         check_ratio(first)?;
         check_ratio(last)?;
-        if !(over > 0.0 && over <= 1e6) {
+        if !(range > 0.0 && range <= 1e6) {
             return Err(out_of_range(format!(
                 "the ratio changes over {}; give a positive angle of at most 1e6 rad",
-                degrees(over)
+                degrees(range)
             )));
         }
         Ok(RatioLaw(Law::Linear {
             first,
-            slope: (last - first) / over,
-            over,
+            slope: (last - first) / range,
+            range,
         }))
     }
 
-    /// Two equal ellipses about foci: `i₁₂ = (1 + e² − 2e cos φ₁)/(1 − e²)`, `tan(φ₂/2) = (1+e)/(1−e) tan(φ₁/2)`.
+    /// Ratio of two equal ellipses about their foci: `i₁₂ = (1 + e² − 2e cos φ₁)/(1 − e²)`, `tan(φ₂/2) = (1+e)/(1−e) tan(φ₁/2)`.
     ///
     /// # Errors
     /// `OutOfRange` unless 0 ≤ e < 1.
@@ -91,10 +92,10 @@ impl RatioLaw {
         Ok(RatioLaw(Law::Elliptic(eccentricity)))
     }
 
-    /// `i₁₂ = mean + amplitude sin(cycles φ₁)`; gear 2 closes where `cycles √(mean² − amplitude²)` is whole.
+    /// Ratio `i₁₂ = mean + amplitude sin(cycles φ₁)`; the centrode of gear 2 closes if `cycles √(mean² − amplitude²)` is an integer.
     ///
     /// # Errors
-    /// `OutOfRange` unless |amplitude| < mean and there is a cycle.
+    /// `OutOfRange` unless |amplitude| < mean and `cycles` ≥ 1.
     pub fn sine(mean: f64, amplitude: f64, cycles: u32) -> Result<RatioLaw, Error> {
         check_ratio(mean)?;
         if !(amplitude.abs() < mean) {
@@ -104,7 +105,7 @@ impl RatioLaw {
         }
         if cycles == 0 {
             return Err(out_of_range(
-                "a sine ratio has no cycle in a turn; give 1 or more, or a constant ratio".into(),
+                "a sine ratio has 0 cycles in a turn; give 1 or more, or a constant ratio".into(),
             ));
         }
         Ok(RatioLaw(Law::Sine {
@@ -114,11 +115,10 @@ impl RatioLaw {
         }))
     }
 
-    /// Periodic quintic spline through angles φ₂ at rising angles φ₁ (rad) over one turn of gear 1; the last row states by how much gear 2
-    /// turns, 2π/n.
+    /// Periodic quintic spline through angles φ₂ at increasing φ₁ (rad) over one revolution of gear 1, in which gear 2 turns 2π/n (last row).
     ///
     /// # Errors
-    /// `OutOfRange` with the row where either column, or the spline between rows, does not rise, or where the table does not close.
+    /// `OutOfRange` with the row at which either column, or the spline between rows, does not increase, or if the table does not close.
     pub fn table(angles_1: &[f64], angles_2: &[f64]) -> Result<RatioLaw, Error> {
         check_turn(angles_1, angles_2, "the angle of gear 2")?;
         if let Some(row) = (1..angles_2.len()).find(|&i| angles_2[i] <= angles_2[i - 1]) {
@@ -132,21 +132,21 @@ impl RatioLaw {
         let n = angles_2.len() - 1;
         let advance = angles_2[n] - angles_2[0];
         let passes = (TAU / advance).round().max(1.0);
-        if (advance * passes - TAU).abs() > CLOSED * TAU {
+        if (advance * passes - TAU).abs() > CLOSURE_TOLERANCE * TAU {
             return Err(out_of_range(format!(
                 "row {}: gear 2 turns {} in a turn of gear 1; the table does not close",
                 n + 1,
                 degrees(advance)
             ))
             .with_hint(format!(
-                "let gear 2 turn 360 deg/n, nearest {}",
+                "make gear 2 turn 360 deg/n, nearest {}",
                 degrees(TAU / passes)
             )));
         }
-        let mut closed = angles_2.to_vec();
-        closed[n] = angles_2[0] + TAU / passes;
+        let mut closed_angles = angles_2.to_vec();
+        closed_angles[n] = angles_2[0] + TAU / passes;
         let x = turn_angles(angles_1);
-        let spline = QuinticSpline::periodic(&x, &closed)
+        let spline = QuinticSpline::periodic(&x, &closed_angles)
             .ok_or_else(|| out_of_range("the table has fewer than three rows".into()))?;
         for (row, pair) in x.windows(2).enumerate() {
             let rate = |i: u32| spline.at(pair[0] + (pair[1] - pair[0]) * f64::from(i) / 16.0)[1];
@@ -162,24 +162,24 @@ impl RatioLaw {
         Ok(RatioLaw(Law::Table(Arc::new(spline))))
     }
 
-    /// The law of a pitch curve of gear 1 at a centre distance (m): `i₁₂ = (a − r₁)/r₁`.
+    /// Ratio function of a pitch curve of gear 1 at a centre distance a (m): `i₁₂ = (a − r₁)/r₁`.
     ///
     /// # Errors
-    /// `OutOfRange` where the centre distance does not exceed the largest radius.
+    /// `OutOfRange` if the centre distance does not exceed the largest radius.
     pub fn of_pitch_curve(curve: &PitchCurve, centre_distance: f64) -> Result<RatioLaw, Error> {
         let law = CurveLaw::new(curve, centre_distance)?;
         Ok(RatioLaw(Law::Curve(Arc::new(law))))
     }
 
-    /// Angles of gear 1 between which the law is defined; infinite where it repeats.
+    /// Range of φ₁ (rad) in which the ratio function is defined; infinite if it is periodic.
     pub fn range(&self) -> [f64; 2] {
         match self.0 {
-            Law::Linear { over, .. } => [0.0, over],
+            Law::Linear { range, .. } => [0.0, range],
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 
-    /// Period of the law in φ₁ and the angle gear 2 turns in it, rad; `None` where the law does not repeat.
+    /// Period in φ₁ and rotation of gear 2 over one period, rad; `None` if the ratio function is not periodic.
     pub fn period(&self) -> Option<[f64; 2]> {
         let period = match &self.0 {
             Law::Linear { .. } => return None,
@@ -189,38 +189,38 @@ impl RatioLaw {
         Some([period, self.at(period)?.angle_2])
     }
 
-    /// Refuses a law whose centrodes do not close.
+    /// Returns an error unless the centrodes of the ratio function close.
     ///
     /// # Errors
-    /// `OutOfRange`, with the nearest law that closes where there is one.
+    /// `OutOfRange`, with the nearest ratio function that closes as a hint if one exists.
     pub fn check_closed(&self) -> Result<(), Error> {
         let Some([_, advance]) = self.period() else {
             return Err(out_of_range(
-                "the ratio does not repeat over a turn, so the centrodes are open and carry no closed outline"
+                "the ratio is not periodic over a turn, so the centrodes are open and have no closed outline"
                     .into(),
             )
-            .with_hint("take a law that repeats, or leave the tooth numbers out"));
+            .with_hint("use a periodic law, or omit the tooth numbers"));
         };
-        let passes = TAU / advance;
-        if matches!(self.0, Law::Constant(_)) || (passes - passes.round()).abs() <= WHOLE * passes {
+        let n = TAU / advance;
+        if matches!(self.0, Law::Constant(_)) || (n - n.round()).abs() <= INTEGER_TOLERANCE * n {
             return Ok(());
         }
         let error = out_of_range(format!(
-            "gear 2 turns {} in a period of the ratio, and {passes:.6} periods make its turn; its centrode does not close",
+            "gear 2 turns {} in a period of the ratio, and its turn takes {n:.6} periods; its centrode does not close",
             degrees(advance)
         ));
         Err(match self.0 {
             Law::Sine {
                 amplitude, cycles, ..
             } => {
-                let mean = (passes.round().max(1.0) / cycles).hypot(amplitude);
+                let mean = (n.round().max(1.0) / cycles).hypot(amplitude);
                 error.with_hint(format!("give the ratio the mean {mean}"))
             }
-            _ => error.with_hint("take the centre distance that closes the pitch curve"),
+            _ => error.with_hint("use the centre distance that closes the pitch curve"),
         })
     }
 
-    /// Values at an angle of gear 1; `None` outside the range.
+    /// Angle of gear 2, ratio and its derivatives at an angle of gear 1 (rad); `None` outside the range.
     pub fn at(&self, angle_1: f64) -> Option<RatioState> {
         let [low, high] = self.range();
         if !(low..=high).contains(&angle_1) || !angle_1.is_finite() {
@@ -293,27 +293,27 @@ impl RatioLaw {
         })
     }
 
-    /// Angles of gear 1, over a period or the range, between which the law is smooth.
+    /// Angles of gear 1 (rad), over a period or the range, between which the ratio function is smooth.
     pub(super) fn panel_ends(&self) -> Vec<f64> {
         match &self.0 {
             Law::Table(spline) => panels_between(spline.knots()),
             Law::Curve(law) => law.curve.panel_ends(),
-            Law::Linear { over, .. } => even_panels(*over),
+            Law::Linear { range, .. } => even_panels(*range),
             Law::Sine { cycles, .. } => even_panels(TAU / cycles),
             Law::Constant(_) | Law::Elliptic(_) => even_panels(TAU),
         }
     }
 }
 
-/// Ratios between which squares and products stay far from overflow.
-const RATIOS: [f64; 2] = [1e-6, 1e6];
+/// Range of ratios in which squares and products stay far from overflow.
+const RATIO_RANGE: [f64; 2] = [1e-6, 1e6];
 
 fn check_ratio(ratio: f64) -> Result<(), Error> {
-    let [least, most] = RATIOS;
-    if (least..=most).contains(&ratio) {
+    let [min, max] = RATIO_RANGE;
+    if (min..=max).contains(&ratio) {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "a ratio is {ratio}; it must be positive, from {least} to {most} (the kind of the pair sets the sense of rotation)"
+        "a ratio is {ratio}; it must be positive, from {min} to {max} (the sense of rotation is set by the kind of the pair)"
     )))
 }

@@ -1,8 +1,8 @@
-//! Second contact: a generated profile, carried by the same motion, touches its generator at the arc of its making and where its normal
-//! passes through the pitch point again.
+//! Second contact: a point of a generated profile contacts the generating profile at the arc at which it was generated and again at the
+//! arc at which its normal passes through the pitch point a second time.
 //!
-//! The second envelope is the curve of these points on the body of the tool; both contacts meet where the normal lies along the common
-//! tangent, at the limit of the second kind.
+//! The second envelope is the curve of these points in the frame of the tool; both contacts coincide where the normal lies along the
+//! common tangent, at the limit of the second kind.
 
 use super::conjugate::ConjugateProfile;
 use super::contact::Contact;
@@ -13,10 +13,10 @@ use super::rolling::Centrode;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 
-/// Relative distance of arcs below which two roots are one: the square root of rounding, as of a double root.
+/// Relative distance of arcs below which two roots count as one: the square root of rounding, the accuracy of a double root.
 const SAME_ROOT: f64 = 1e-7;
 
-/// Point of a generated profile with both its contacts.
+/// Point of a generated profile with its two contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SecondContact {
     /// The contact that generated the point.
@@ -31,33 +31,33 @@ pub struct SecondContact {
     pub tool_curvature: f64,
 }
 
-/// Second contacts of a generated profile over one turn of the work, in the order of its contacts; points with none are left out.
+/// Second contacts of a generated profile over one turn of the work, in the order of its contacts; points without a second contact are omitted.
 ///
 /// # Errors
-/// `OutOfRange` where no point has a second contact, as with a rack: its normals meet the pitch line once.
+/// `OutOfRange` if no point has a second contact, as for a rack: its normals intersect the pitch line once.
 pub fn second_contacts<P: Profile>(
     generated: &ConjugateProfile<P>,
 ) -> Result<Vec<SecondContact>, Error> {
-    let back = generated.rolling().reversed();
-    let grid = ArcGrid::new(&back.tool);
-    let turn = back.tool.arc_of_turn();
-    let of = |first: &Contact| {
+    let reversed = generated.rolling().reversed();
+    let grid = ArcGrid::new(&reversed.tool);
+    let turn = reversed.tool.arc_of_turn();
+    let to_contact = |first: &Contact| {
         let jet = generated.jet(first.parameter)?;
-        let apart = |arc: f64| match turn {
+        let offset = |arc: f64| match turn {
             Some(turn) => {
-                let rest = (arc - first.arc) / turn;
-                rest - rest.round()
+                let fraction = (arc - first.arc) / turn;
+                fraction - fraction.round()
             }
             None => arc - first.arc,
         };
-        let arcs = grid.contact_arcs(&back.tool, &jet).into_iter();
-        let others = arcs.filter(|arc| apart(*arc).abs() > SAME_ROOT);
-        let arc = others.min_by(|a, b| apart(*a).abs().total_cmp(&apart(*b).abs()))?;
-        let arc = match (turn, &back.tool) {
-            (Some(turn), Centrode::Circle { .. }) => first.arc + apart(arc) * turn,
+        let arcs = grid.contact_arcs(&reversed.tool, &jet).into_iter();
+        let other_arcs = arcs.filter(|arc| offset(*arc).abs() > SAME_ROOT);
+        let arc = other_arcs.min_by(|a, b| offset(*a).abs().total_cmp(&offset(*b).abs()))?;
+        let arc = match (turn, &reversed.tool) {
+            (Some(turn), Centrode::Circle { .. }) => first.arc + offset(arc) * turn,
             _ => arc,
         };
-        let contact = Contact::new(&back, first.parameter, &jet, arc)?;
+        let contact = Contact::new(&reversed, first.parameter, &jet, arc)?;
         Some(SecondContact {
             first: *first,
             arc,
@@ -66,10 +66,10 @@ pub fn second_contacts<P: Profile>(
             tool_curvature: contact.work_curvature,
         })
     };
-    let contacts: Vec<_> = generated.contacts().iter().filter_map(of).collect();
+    let contacts: Vec<_> = generated.contacts().iter().filter_map(to_contact).collect();
     if contacts.is_empty() {
         return Err(out_of_range(
-            "no point of the generated profile touches its generator a second time".into(),
+            "the generated profile has no second contact with its generator".into(),
         ));
     }
     Ok(contacts)

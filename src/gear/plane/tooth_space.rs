@@ -27,7 +27,7 @@ pub(super) struct ToothSpace<'a> {
 }
 
 pub(super) fn lost() -> Error {
-    out_of_range("the outline leaves the flanks of the rack: the teeth are too high for their pressure angle".into())
+    out_of_range("the outline ends outside the flanks of the rack: the teeth are too high for their pressure angle".into())
 }
 
 impl ToothSpace<'_> {
@@ -112,7 +112,7 @@ impl ToothSpace<'_> {
         let start = crossing(flank, [from, limit], fillet, [self.alpha, FRAC_PI_2]);
         let error = || {
             out_of_range("the rack's tip cuts off the whole flank of a tooth".into())
-                .with_hint("take more teeth, a larger pressure angle or a smaller dedendum")
+                .with_hint("use more teeth, a larger pressure angle or a smaller dedendum")
         };
         let [depth, beta] = start.ok_or_else(error)?;
         Ok((depth, beta, true))

@@ -28,43 +28,50 @@ pub fn common_rows(
         line_blocks(&least_squares::orthonormal_basis(&own))
     };
     let alike = (problem.weights.len() == 1).then(|| orthonormal(problem.weight(0)));
-    let shared_blocks = line_blocks(shared);
     let used: Vec<usize> = (0..problem.responses.len())
         .filter(|&q| problem.factors[q] != 0.0)
         .collect();
     let n = shared.ncols();
-    let gram = |right: Option<&Matrix>| {
-        let of = |q: &usize| {
-            let (response, weight) = (&problem.responses[*q], problem.weight(*q));
-            let own = alike.is_none().then(|| orthonormal(weight));
-            let basis = own.as_ref().or(alike.as_ref()).map_or(&[][..], |b| b);
-            let driven = |block: usize| {
-                let from = block * BLOCK_LINES;
-                let lines = from..(from + BLOCK_LINES).min(response.len());
-                let (response, weight) = (&response[lines.clone()], &weight[lines]);
-                times(&shared_blocks[block], response, weight, problem.factors[*q])
-            };
-            let mut along = Matrix::zeros(numerator.ncols(), n);
-            for (k, basis) in basis.iter().enumerate() {
-                along += transposed_product(basis, &driven(k));
-            }
-            let mut sum = Matrix::zeros(n, n);
-            for (k, basis) in basis.iter().enumerate() {
-                let mut columns = sub_product(&driven(k), basis, &along);
-                if let Some(right) = right {
-                    columns = product(&columns, right);
-                }
-                sum += transposed_product(&columns, &columns);
-            }
-            sum
+    // Gram matrix of the columns w F S of a response less their part along its basis, and the coefficients of that part.
+    let reduce = |q: usize, shared: &[Matrix], known: Option<Matrix>| {
+        let (response, weight) = (&problem.responses[q], problem.weight(q));
+        let own = alike.is_none().then(|| orthonormal(weight));
+        let basis = own.as_ref().or(alike.as_ref()).map_or(&[][..], |b| b);
+        let driven = |block: usize| {
+            let from = block * BLOCK_LINES;
+            let lines = from..(from + BLOCK_LINES).min(response.len());
+            let (response, weight) = (&response[lines.clone()], &weight[lines]);
+            times(&shared[block], response, weight, problem.factors[q])
         };
-        let each = parallel::map(&used, of);
-        each.iter().fold(Matrix::zeros(n, n), |sum, one| sum + one)
+        let along = known.unwrap_or_else(|| {
+            let zero = Matrix::zeros(numerator.ncols(), n);
+            let parts = basis.iter().enumerate();
+            parts.fold(zero, |sum, (k, b)| sum + transposed_product(b, &driven(k)))
+        });
+        let mut gram = Matrix::zeros(n, n);
+        for (k, basis) in basis.iter().enumerate() {
+            let columns = sub_product(&driven(k), basis, &along);
+            gram += transposed_product(&columns, &columns);
+        }
+        (gram, along)
     };
-    let identity = Matrix::identity(n, n);
-    let first = shifted_cholesky(gram(None))?;
-    let inverse = solve_lower(&first, &identity).transpose().to_owned();
-    let second = shifted_cholesky(gram(Some(&inverse)))?;
+    let sum = |reduced: &[(Matrix, Matrix)]| {
+        let zero = Matrix::zeros(n, n);
+        reduced.iter().fold(zero, |sum, (gram, _)| sum + gram)
+    };
+    let blocks = line_blocks(shared);
+    let reduced = parallel::map(&used, |&q| reduce(q, &blocks, None));
+    let first = shifted_cholesky(sum(&reduced))?;
+    let inverse = solve_lower(&first, &Matrix::identity(n, n));
+    let inverse = inverse.transpose().to_owned();
+    let blocks: Vec<Matrix> = blocks.iter().map(|b| product(b, &inverse)).collect();
+    let known: Vec<(usize, Matrix)> = (used.iter().zip(&reduced))
+        .map(|(&q, (_, along))| (q, product(along, &inverse)))
+        .collect();
+    let reduced = parallel::map(&known, |(q, along)| {
+        reduce(*q, &blocks, Some(along.clone()))
+    });
+    let second = shifted_cholesky(sum(&reduced))?;
     Ok(product(&first, &second).transpose().to_owned())
 }
 

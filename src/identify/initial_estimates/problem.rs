@@ -6,19 +6,19 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::transfer::function::{DirectTerms, TransferFunction};
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::recording::frequency_responses::ChannelLabel;
 
-/// Which terms next to the poles are fitted, and how long.
+/// Terms of the fit in addition to the poles, and the limits of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommonPoleOptions {
-    /// D.
+    /// Fit the constant term D of each response.
     pub constant: bool,
-    /// E.
+    /// Fit the term E of each response, proportional to iω.
     pub slope: bool,
-    /// Maximum number of iterations; they end earlier once the poles have converged.
+    /// Maximum number of iterations; the iteration ends earlier if the poles converge.
     pub iterations: usize,
-    /// Mirror poles of the right half plane to the left.
+    /// Mirror unstable poles (right half plane) into the left half plane.
     pub stable: bool,
 }
 
@@ -34,23 +34,23 @@ impl Default for CommonPoleOptions {
     }
 }
 
-/// Common poles, and every response's residues.
+/// Common poles with the residues and direct terms of every response.
 #[derive(Debug, Clone)]
 pub struct CommonPoleFit {
-    /// Poles on and above the real axis, rad/s, by rising size; those above represent their conjugates too.
+    /// Poles on and above the real axis, rad/s, by increasing modulus; those above the axis also represent their conjugates.
     pub poles: Vec<Complex>,
-    /// One list for each response, in the order of the poles; units of the response times rad/s.
+    /// Residues by response and pole; units of the response times rad/s.
     pub residues: Vec<Vec<Complex>>,
-    /// Terms next to the poles, one for each response.
+    /// Direct terms D and E, by response.
     pub direct: Vec<DirectTerms>,
-    /// Root of the mean square misfit of each response, as a share of its root mean square over the lines (unweighted).
+    /// Relative rms error of each response over the lines, unweighted.
     pub errors: Vec<f64>,
-    /// Iterations used.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
 impl CommonPoleFit {
-    /// The number of poles with conjugates.
+    /// Model order: the number of poles, conjugates included.
     pub fn order(&self) -> usize {
         self.poles
             .iter()
@@ -58,10 +58,10 @@ impl CommonPoleFit {
             .sum()
     }
 
-    /// Every response as a transfer function to its output.
+    /// Transfer functions from the input to each output, one per response.
     ///
     /// # Errors
-    /// `Conflict` where there are not as many outputs as responses.
+    /// `Conflict` if the number of outputs differs from the number of responses.
     pub fn transfer_functions(
         &self,
         input: Option<&ChannelLabel>,
@@ -77,7 +77,7 @@ impl CommonPoleFit {
                 Error::new(Code::Conflict, message).with_hint("name one output for each response")
             );
         }
-        let one = |(q, output): (usize, &ChannelLabel)| {
+        let transfer_function = |(q, output): (usize, &ChannelLabel)| {
             let f = TransferFunction::new(
                 self.poles.clone(),
                 self.residues[q].clone(),
@@ -87,26 +87,26 @@ impl CommonPoleFit {
             f.fit_error = Some(self.errors[q]);
             Ok(f)
         };
-        outputs.iter().enumerate().map(one).collect()
+        outputs.iter().enumerate().map(transfer_function).collect()
     }
 }
 
-/// Checked data; frequencies as shares of the highest line.
+/// Checked input of a common-pole fit; angular frequencies are relative to that of the highest line.
 pub(super) struct CommonPoleProblem<'a> {
-    /// The highest line, rad/s.
+    /// Angular frequency of the highest line, rad/s.
     pub scale: f64,
-    /// Lines, shares of the highest.
+    /// Angular frequencies of the lines relative to `scale`.
     pub omega: Vec<f64>,
     pub responses: &'a [Vec<Complex>],
-    /// One list for all responses, or one for each.
+    /// Weights by line: one list for all responses, or one for each response.
     pub weights: Vec<Vec<f64>>,
-    /// Scale factor of each response, in addition to its weights: 1 over its rms where no weights are given, else 1; 0 where it is nil.
+    /// Scale factor of each response, in addition to its weights: 1/rms if no weights are given, else 1; 0 for a zero response.
     pub factors: Vec<f64>,
     pub options: CommonPoleOptions,
 }
 
 impl<'a> CommonPoleProblem<'a> {
-    /// Refuses what cannot be fitted. `order` is the number of poles, conjugates included.
+    /// Checks the data; returns an error if they do not determine a fit. `order` is the number of poles, conjugates included.
     pub fn new(
         frequency_hz: &[f64],
         responses: &'a [Vec<Complex>],
@@ -115,7 +115,7 @@ impl<'a> CommonPoleProblem<'a> {
         options: CommonPoleOptions,
     ) -> Result<CommonPoleProblem<'a>, Error> {
         let lines = check_lines(frequency_hz)?;
-        let sizes = check_responses(frequency_hz, responses)?;
+        let rms = check_responses(frequency_hz, responses)?;
         if order == 0 {
             return Err(
                 Error::new(Code::OutOfRange, "a model of order 0 has no poles")
@@ -139,15 +139,15 @@ impl<'a> CommonPoleProblem<'a> {
         let scale = TAU * frequency_hz[lines - 1];
         let (weights, factors) = match weights {
             None => {
-                let factor = |&size: &f64| if size > 0.0 { 1.0 / size } else { 0.0 };
-                (vec![vec![1.0; lines]], sizes.iter().map(factor).collect())
+                let factor = |&x: &f64| if x > 0.0 { 1.0 / x } else { 0.0 };
+                (vec![vec![1.0; lines]], rms.iter().map(factor).collect())
             }
-            Some(given) => {
-                check_weights(given, responses)?;
-                let alike = given.iter().all(|w| *w == given[0]);
-                let factor = |&size: &f64| f64::from(u8::from(size > 0.0));
-                let kept = if alike { &given[..1] } else { given };
-                (kept.to_vec(), sizes.iter().map(factor).collect())
+            Some(lists) => {
+                check_weights(lists, responses)?;
+                let all_equal = lists.iter().all(|w| *w == lists[0]);
+                let factor = |&x: &f64| f64::from(u8::from(x > 0.0));
+                let distinct = if all_equal { &lists[..1] } else { lists };
+                (distinct.to_vec(), rms.iter().map(factor).collect())
             }
         };
         let omega = frequency_hz.iter().map(|f| TAU * f / scale).collect();
@@ -161,12 +161,12 @@ impl<'a> CommonPoleProblem<'a> {
         })
     }
 
-    /// The weights of a response.
+    /// Weights of a response by line.
     pub fn weight(&self, response: usize) -> &[f64] {
         &self.weights[if self.weights.len() == 1 { 0 } else { response }]
     }
 
-    /// Poles as shares of the highest line, back to rad/s, by rising size; mirrored if the options require it.
+    /// Removes poles of the lower half plane and sorts the others by modulus; mirrors unstable poles if the options require it.
     pub fn rescale_poles(&self, poles: &mut Vec<Complex>) {
         poles.retain(|p| p.re.is_finite() && p.im.is_finite() && p.im >= 0.0);
         if self.options.stable {
@@ -175,7 +175,7 @@ impl<'a> CommonPoleProblem<'a> {
                 .filter(|p| p.re > 0.0)
                 .for_each(|p| p.re = -p.re);
         }
-        sort_rising(poles, |a| a.norm());
+        sort_ascending(poles, |a| a.norm());
     }
 }
 
@@ -192,13 +192,13 @@ fn check_lines(frequency_hz: &[f64]) -> Result<usize, Error> {
     }
     if let Some(k) = frequency_hz.windows(2).position(|w| w[1] <= w[0]) {
         let message = format!(
-            "line {} at {} Hz does not lie above {} Hz",
+            "line {} at {} Hz is not above {} Hz",
             k + 1,
             frequency_hz[k + 1],
             frequency_hz[k]
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("sort the lines, and join those that repeat"));
+            .with_hint("sort the lines and merge repeated ones"));
     }
     match frequency_hz.last() {
         Some(&last) if last > 0.0 => Ok(frequency_hz.len()),
@@ -209,9 +209,9 @@ fn check_lines(frequency_hz: &[f64]) -> Result<usize, Error> {
     }
 }
 
-/// The root mean square of each.
+/// Rms value of each response over the lines.
 fn check_responses(frequency_hz: &[f64], responses: &[Vec<Complex>]) -> Result<Vec<f64>, Error> {
-    let mut sizes = Vec::with_capacity(responses.len());
+    let mut rms = Vec::with_capacity(responses.len());
     for (q, response) in responses.iter().enumerate() {
         if response.len() != frequency_hz.len() {
             let message = format!(
@@ -229,18 +229,18 @@ fn check_responses(frequency_hz: &[f64], responses: &[Vec<Complex>]) -> Result<V
         {
             let message = format!("response {q} is {} at {} Hz", response[k], frequency_hz[k]);
             return Err(Error::new(Code::NotANumber, message)
-                .with_hint("leave that line out of every response"));
+                .with_hint("remove that line from every response"));
         }
         let largest = response.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let share = |z: &Complex| (z.norm() / largest).powi(2);
         let mean = response.iter().map(share).sum::<f64>() / response.len() as f64;
-        sizes.push(if largest > 0.0 {
+        rms.push(if largest > 0.0 {
             largest * mean.sqrt()
         } else {
             0.0
         });
     }
-    if sizes.iter().all(|&size| size == 0.0) {
+    if rms.iter().all(|&x| x == 0.0) {
         let message = match responses.len() {
             0 => "there is no response to fit".to_string(),
             n => format!("all {n} responses are zero at every line"),
@@ -248,16 +248,16 @@ fn check_responses(frequency_hz: &[f64], responses: &[Vec<Complex>]) -> Result<V
         return Err(Error::new(Code::NoSignal, message)
             .with_hint("choose a channel that responds to the input"));
     }
-    Ok(sizes)
+    Ok(rms)
 }
 
 fn check_weights(weights: &[Vec<f64>], responses: &[Vec<Complex>]) -> Result<(), Error> {
-    let fits = weights.len() == responses.len()
+    let lengths_match = weights.len() == responses.len()
         && weights
             .iter()
             .zip(responses)
             .all(|(w, r)| w.len() == r.len());
-    if !fits {
+    if !lengths_match {
         let message = format!(
             "weights of {} responses do not match {} responses",
             weights.len(),
@@ -270,7 +270,7 @@ fn check_weights(weights: &[Vec<f64>], responses: &[Vec<Complex>]) -> Result<(),
         if let Some(w) = list.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
             let message = format!("a weight of response {q} is {w}");
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("weights are finite and not negative"));
+                .with_hint("weights must be finite and not negative"));
         }
     }
     Ok(())

@@ -152,10 +152,13 @@ fn relocate_poles(problem: &CommonPoleProblem, poles: &[Complex]) -> Result<Vec<
 /// Root of the weighed squares of all data.
 fn data_size(problem: &CommonPoleProblem) -> f64 {
     let of = |q: usize| {
+        let factor = problem.factors[q];
         let terms = problem.responses[q].iter().zip(problem.weight(q));
-        problem.factors[q] * terms.fold(0.0_f64, |sum, (f, w)| sum.hypot(w * f.norm()))
+        terms
+            .map(|(f, w)| (f * (w * factor)).norm_sqr())
+            .sum::<f64>()
     };
-    (0..problem.responses.len()).map(of).fold(0.0, f64::hypot)
+    (0..problem.responses.len()).map(of).sum::<f64>().sqrt()
 }
 
 /// The largest relative change of poles by rank of size; infinite where their kinds differ.

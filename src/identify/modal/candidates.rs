@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// A pole that may be a mode or may model noise.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ pub struct OrderPoles {
 impl OrderPoles {
     /// Sorts the poles.
     pub fn new(order: usize, mut poles: Vec<CandidatePole>) -> OrderPoles {
-        sort_rising(&mut poles, |a| a.pole.norm());
+        sort_ascending(&mut poles, |a| a.pole.norm());
         OrderPoles { order, poles }
     }
 }

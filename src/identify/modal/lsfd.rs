@@ -152,9 +152,9 @@ impl ResidueFit {
         if !(modal_a.re.is_finite() && modal_a.im.is_finite()) {
             return Err(Error::new(
                 Code::IllPosed,
-                format!("mode {} does not move its driving point", mode + 1),
+                format!("mode {} has a node at its driving point", mode + 1),
             )
-            .with_hint("take another driving point"));
+            .with_hint("choose another driving point"));
         }
         let modal_mass = (modal_a / Complex::new(0.0, 2.0 * self.poles[mode].im)).re;
         let root = modal_a.sqrt();

@@ -147,7 +147,7 @@ fn check_lines(frequency_hz: &[f64]) -> Result<(), Error> {
             Code::NotANumber,
             format!("line {} is at {} Hz", i + 1, frequency_hz[i]),
         )
-        .with_hint("frequencies are finite and not negative"));
+        .with_hint("frequencies must be finite and not negative"));
     }
     match frequency_hz.windows(2).position(|w| w[1] <= w[0]) {
         None => Ok(()),
@@ -197,7 +197,7 @@ fn check_response(
                 h[i].re, h[i].im, frequency_hz[i]
             ),
         )
-        .with_hint("leave this line out of every response, or measure it again"));
+        .with_hint("remove this line from every response, or measure it again"));
     }
     let mean = h.iter().fold(Complex::ZERO, |s, z| s + z) / h.len() as f64;
     let (largest, spread) = h.iter().fold((0.0_f64, 0.0_f64), |(a, b), z| {
@@ -207,7 +207,7 @@ fn check_response(
         let what = if largest == 0.0 { "zero" } else { "constant" };
         return Err(
             Error::new(Code::NoSignal, format!("{name} is {what} over all lines"))
-                .with_hint("leave this output out"),
+                .with_hint("omit this output"),
         );
     }
     Ok(())

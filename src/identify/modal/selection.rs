@@ -1,7 +1,7 @@
 //! Automatic selection of physical poles by clustering over all orders (Reynders et al. 2012).
 //!
-//! In three stages, after Reynders, Houbrechts & De Roeck, Mech. Syst. Signal Process. 29 (2012), 228–250, with fixed rules instead of their
-//! 2-means: poles that the order before does not repeat are left out; the rest is clustered hierarchically; large clusters are modes.
+//! Three stages after Reynders, Houbrechts & De Roeck, Mech. Syst. Signal Process. 29 (2012), 228–250, with fixed thresholds instead of
+//! 2-means: poles not repeated from the preceding order are rejected, the others are clustered hierarchically, large clusters are modes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,14 +11,14 @@ use super::stabilisation::min_mac;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::mac::mac;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
-/// When poles are one mode, and when a mode is physical.
+/// Thresholds of the clustering and of the selection of physical modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelectionRule {
-    /// Cut of the clustering: distance of two poles in half-power half-bandwidths, plus `1 − MAC`.
+    /// Cluster threshold: distance of two poles in half-power half-bandwidths plus `1 − MAC`.
     pub cluster_cut: f64,
-    /// Least share of all orders in which a physical mode appears.
+    /// Minimum share of all orders with a pole of a physical mode, 0 to 1.
     pub presence: f64,
     /// Largest damping ratio of a physical mode.
     pub max_damping_ratio: f64,
@@ -36,7 +36,7 @@ impl Default for SelectionRule {
 }
 
 impl SelectionRule {
-    /// The rule as a sentence for a report.
+    /// Description of the rule as a sentence for a report.
     pub fn rule_text(&self) -> String {
         format!(
             "poles with a damping ratio up to {} that the order before repeats are clustered by average linkage, cut at {} half-bandwidths \
@@ -48,28 +48,28 @@ impl SelectionRule {
     }
 }
 
-/// A physical mode with what its cluster tells.
+/// Physical mode with the statistics of its cluster.
 #[derive(Debug, Clone)]
 pub struct SelectedMode {
-    /// Median pole of the cluster, with shape of the member next to it; no covariance.
+    /// Median pole of the cluster with the shape of the nearest member; no covariance.
     pub mode: ModalParameters,
-    /// Participation over the inputs, of the same member.
+    /// Participation factors over the inputs, of the same member.
     pub participation: Vec<Complex>,
-    /// Standard deviation of the frequency over the cluster, Hz. An indication only: orders share their data, so it is no uncertainty.
+    /// Standard deviation of the frequency over the cluster, Hz; not an uncertainty, because all orders use the same data.
     pub scatter_hz: f64,
-    /// Standard deviation of the damping ratio over the cluster; an indication only.
+    /// Standard deviation of the damping ratio over the cluster; not an uncertainty either.
     pub scatter_damping: f64,
-    /// Share of all orders with a pole in the cluster.
+    /// Share of all orders with a pole in the cluster, 0 to 1.
     pub presence: f64,
 }
 
-/// Physical modes by rising frequency. `spacing_hz` is the distance of the lines, below which bandwidths are not distinguished.
+/// Physical modes in ascending order of frequency. `spacing_hz` is the line spacing, which is added to the bandwidths in the pole distance.
 pub fn select_modes(
     orders: &[OrderPoles],
     spacing_hz: f64,
     rule: &SelectionRule,
 ) -> Vec<SelectedMode> {
-    let apart = |a: &CandidatePole, b: &CandidatePole| {
+    let pole_distance = |a: &CandidatePole, b: &CandidatePole| {
         let half_band = (a.pole.re.abs() + b.pole.re.abs()) / 2.0 + PI * spacing_hz;
         (a.pole - b.pole).norm() / half_band + 1.0 - min_mac(a, b)
     };
@@ -81,49 +81,49 @@ pub fn select_modes(
                 && pair[0]
                     .poles
                     .iter()
-                    .any(|b| apart(pole, b) <= rule.cluster_cut)
+                    .any(|b| pole_distance(pole, b) <= rule.cluster_cut)
             {
                 repeated.push((pair[1].order, pole));
             }
         }
     }
-    let distance = |i: usize, j: usize| apart(repeated[i].1, repeated[j].1);
-    let least = (rule.presence * orders.len() as f64).max(2.0);
+    let distance = |i: usize, j: usize| pole_distance(repeated[i].1, repeated[j].1);
+    let min_orders = (rule.presence * orders.len() as f64).max(2.0);
     let mut modes: Vec<SelectedMode> = cluster(repeated.len(), distance, rule.cluster_cut)
         .into_iter()
         .filter_map(|members| {
             let members: Vec<_> = members.into_iter().map(|i| repeated[i]).collect();
-            let mut present: Vec<usize> = members.iter().map(|m| m.0).collect();
-            present.dedup();
+            let mut orders_present: Vec<usize> = members.iter().map(|m| m.0).collect();
+            orders_present.dedup();
             let poles: Vec<&CandidatePole> = members.into_iter().map(|m| m.1).collect();
-            let share = present.len() as f64 / orders.len().max(1) as f64;
-            (present.len() as f64 >= least).then(|| cluster_mode(&poles, share))
+            let share = orders_present.len() as f64 / orders.len().max(1) as f64;
+            (orders_present.len() as f64 >= min_orders).then(|| cluster_mode(&poles, share))
         })
         .collect();
-    sort_rising(&mut modes, |a| a.mode.pole.norm());
+    sort_ascending(&mut modes, |a| a.mode.pole.norm());
     merge_duplicates(modes)
 }
 
-/// Merges two modes of one shape within their own bandwidth, which result where responses disagree about a pole; keeps the more present
-/// one.
+/// Merges two modes of similar shape within their bandwidth, which result from inconsistent poles of the responses; the mode of larger
+/// presence remains.
 fn merge_duplicates(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
     const DUPLICATE_MAC: f64 = 0.8;
-    const DUPLICATE_DISTANCE: f64 = 0.2; // of half the bandwidth: no two modes are told apart there
-    let double = |a: &SelectedMode, b: &SelectedMode| {
+    const DUPLICATE_DISTANCE: f64 = 0.2; // of half the bandwidth: closer modes cannot be distinguished
+    let is_duplicate = |a: &SelectedMode, b: &SelectedMode| {
         let (p, q) = (a.mode.pole, b.mode.pole);
         let (distance, half_band) = ((p.im - q.im).abs(), p.re.abs().max(q.re.abs()));
         if distance < DUPLICATE_DISTANCE * half_band {
             return b.presence > a.presence;
         }
-        let near = distance < half_band;
-        let alike = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > DUPLICATE_MAC;
-        near && alike && (b.presence > a.presence)
+        let is_near = distance < half_band;
+        let is_same = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > DUPLICATE_MAC;
+        is_near && is_same && (b.presence > a.presence)
     };
-    let kept: Vec<bool> = (modes.iter())
-        .map(|a| !modes.iter().any(|b| double(a, b)))
+    let keep: Vec<bool> = (modes.iter())
+        .map(|a| !modes.iter().any(|b| is_duplicate(a, b)))
         .collect();
-    let both = modes.into_iter().zip(kept);
-    both.filter(|m| m.1).map(|m| m.0).collect()
+    let pairs = modes.into_iter().zip(keep);
+    pairs.filter(|m| m.1).map(|m| m.0).collect()
 }
 
 fn cluster_mode(poles: &[&CandidatePole], presence: f64) -> SelectedMode {

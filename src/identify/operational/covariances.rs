@@ -1,7 +1,7 @@
-//! Output covariances `R_τ = E y_{t+τ} y_{ref,t}ᵀ`, block by block, with their scatter over blocks.
+//! Output covariances `R_τ = E y_{t+τ} y_{ref,t}ᵀ` of a record and of its consecutive parts.
 //!
-//! Products are taken by transforms padded so far that no lag wraps: the sums are the exact ones, at the cost of one transform for each
-//! channel and reference in a piece of the record. Memory depends on lags, channels and parts, not on the length of the record.
+//! Lag products are computed by FFT with zero padding against circular wrap-around, so the sums are exact; the cost is one transform per
+//! channel and reference in each piece of the record. Memory depends on lags, channels and parts, not on the length of the record.
 
 use super::response_channels::{ResponseChannels, check_references};
 use crate::base::code::Code;
@@ -9,31 +9,31 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, next_fast_len};
 
-/// Lags in a transformed piece of the record, at least; longer pieces cost less for each sample until they leave the cache.
-const PIECE: usize = 512;
+/// Minimum transform length, samples; longer pieces cost less per sample while they fit the cache.
+const MIN_TRANSFORM_LENGTH: usize = 512;
 
 /// Covariances of a record and of its consecutive parts.
 #[derive(Debug, Clone)]
 pub struct Covariances {
-    /// Number of responses.
+    /// Number of response channels.
     pub channels: usize,
-    /// Channels that serve as reference.
+    /// Indices of the reference channels.
     pub references: Vec<usize>,
     /// Highest lag, samples.
     pub lags: usize,
-    /// Products summed for each lag, by part.
+    /// Number of products per lag, by part.
     pub counts: Vec<usize>,
-    /// `R_τ(c, r)` of the whole at `(τ·references + r)·channels + c`; each response divided by its standard deviation.
+    /// `R_τ(c, r)` of the record at `(τ·references + r)·channels + c`; each response divided by its scale.
     pub mean: Vec<f64>,
-    /// The same of each part, about the mean of the whole.
+    /// Covariances of each part about the mean of the record.
     pub parts: Vec<Vec<f64>>,
 }
 
 impl Covariances {
-    /// Covariances of responses divided by `scale`, for lags 0 to `lags`, in so many parts of equal length.
+    /// Covariances of responses divided by `scale`, for lags 0 to `lags`, in the given number of parts of equal length.
     ///
     /// # Errors
-    /// `NoChannel` for a reference that is not among the channels, or none; `TooShort` where a part has fewer samples than lags.
+    /// `NoChannel` without references or for one that is not a channel; `TooShort` where a part has fewer samples than lags.
     pub fn new(
         channels: &ResponseChannels,
         scale: &[f64],
@@ -51,16 +51,16 @@ impl Covariances {
             return Err(Error::new(Code::TooShort, message)
                 .with_hint(format!("take a longer record: {needed} samples or more")));
         }
-        let mut sums = LagProducts::new(channels, scale, references, lags);
-        let end = n - lags;
-        let bounds: Vec<usize> = (0..=parts).map(|k| k * end / parts).collect();
+        let mut products = LagProducts::new(channels, scale, references, lags);
+        let total = n - lags;
+        let bounds: Vec<usize> = (0..=parts).map(|k| k * total / parts).collect();
         let counts: Vec<usize> = bounds.windows(2).map(|b| b[1] - b[0]).collect();
         let parts: Vec<Vec<f64>> = (bounds.windows(2))
-            .map(|b| sums.mean_products(b[0], b[1]))
+            .map(|b| products.mean_products(b[0], b[1]))
             .collect();
         let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
         for (part, count) in parts.iter().zip(&counts) {
-            let weight = *count as f64 / end as f64;
+            let weight = *count as f64 / total as f64;
             (mean.iter_mut().zip(part)).for_each(|(m, x)| *m += weight * x);
         }
         Ok(Covariances {
@@ -73,23 +73,23 @@ impl Covariances {
         })
     }
 
-    /// `R_τ(c, r)` of the whole, `r` counting references.
+    /// `R_τ(c, r)` of the record; `reference` is an index into `references`.
     pub fn value(&self, lag: usize, channel: usize, reference: usize) -> f64 {
         self.mean[(lag * self.references.len() + reference) * self.channels + channel]
     }
 
-    /// The covariances with one part left out.
-    pub fn without(&self, part: usize) -> Vec<f64> {
-        let all: usize = self.counts.iter().sum();
-        let own = self.counts[part] as f64;
-        let rest = all as f64 - own;
+    /// Covariances of the record without one part.
+    pub fn leave_out(&self, part: usize) -> Vec<f64> {
+        let total: usize = self.counts.iter().sum();
+        let count = self.counts[part] as f64;
+        let remaining = total as f64 - count;
         (self.mean.iter().zip(&self.parts[part]))
-            .map(|(m, x)| (all as f64 * m - own * x) / rest)
+            .map(|(m, x)| (total as f64 * m - count * x) / remaining)
             .collect()
     }
 }
 
-/// Work space for the products of consecutive samples.
+/// Lag products of consecutive samples, with workspace.
 struct LagProducts<'a> {
     samples: &'a [&'a [f64]],
     means: Vec<f64>,
@@ -111,7 +111,7 @@ impl<'a> LagProducts<'a> {
         lags: usize,
     ) -> LagProducts<'a> {
         let samples = channels.samples();
-        let transform = RealFft::new(next_fast_len((4 * lags).max(PIECE)));
+        let transform = RealFft::new(next_fast_len((4 * lags).max(MIN_TRANSFORM_LENGTH)));
         let lines = vec![Complex::ZERO; transform.lines()];
         LagProducts {
             means: (samples.iter())
@@ -129,7 +129,7 @@ impl<'a> LagProducts<'a> {
         }
     }
 
-    /// Mean products of the samples `from..to` with those that follow them by up to the highest lag.
+    /// Mean products of the samples `from..to` with those up to the highest lag later.
     fn mean_products(&mut self, from: usize, to: usize) -> Vec<f64> {
         let (nr, nc) = (self.references.len(), self.samples.len());
         let mut products = vec![vec![Complex::ZERO; self.transform.lines()]; nr * nc];
@@ -145,29 +145,29 @@ impl<'a> LagProducts<'a> {
                 self.transform
                     .forward(&mut self.padded, &mut self.leading[k]);
             }
-            for (at, product) in products.iter_mut().enumerate() {
-                let pairs = self.trailing[at % nc].iter().zip(&self.leading[at / nc]);
+            for (i, product) in products.iter_mut().enumerate() {
+                let pairs = self.trailing[i % nc].iter().zip(&self.leading[i / nc]);
                 (product.iter_mut().zip(pairs)).for_each(|(p, (y, x))| *p += y * x.conj());
             }
         }
-        let mut found = vec![0.0; (self.lags + 1) * nr * nc];
+        let mut means = vec![0.0; (self.lags + 1) * nr * nc];
         let count = (to - from) as f64;
-        for (at, product) in products.iter_mut().enumerate() {
+        for (i, product) in products.iter_mut().enumerate() {
             self.transform.inverse(product, &mut self.padded);
-            let scale = self.scale[at % nc] * self.scale[self.references[at / nc]] * count;
+            let scale = self.scale[i % nc] * self.scale[self.references[i / nc]] * count;
             for lag in 0..=self.lags {
-                found[lag * nr * nc + at] = self.padded[lag] / scale;
+                means[lag * nr * nc + i] = self.padded[lag] / scale;
             }
         }
-        found
+        means
     }
 
-    /// Samples of a channel less its mean, followed by zeros.
+    /// Loads samples of a channel minus its mean, zero padded.
     fn load(&mut self, channel: usize, from: usize, to: usize) {
         let mean = self.means[channel];
         self.padded.fill(0.0);
-        let taken = &self.samples[channel][from..to];
-        (self.padded.iter_mut().zip(taken)).for_each(|(p, x)| *p = x - mean);
+        let samples = &self.samples[channel][from..to];
+        (self.padded.iter_mut().zip(samples)).for_each(|(p, x)| *p = x - mean);
     }
 }
 
@@ -175,7 +175,7 @@ impl<'a> LagProducts<'a> {
 mod tests {
     use super::*;
 
-    /// Against the sums as written, in parts, with an offset; what is left without a part is the mean of the others.
+    /// Covariances of three parts agree with direct sums, for signals with an offset; those without a part with the sums over the others.
     #[test]
     fn exact_sums_in_parts() {
         const LAGS: usize = 20;
@@ -185,7 +185,7 @@ mod tests {
             .collect();
         let views: Vec<&[f64]> = y.iter().map(Vec::as_slice).collect();
         let channels = ResponseChannels::new(&views, 1.0).unwrap();
-        let found = Covariances::new(&channels, &[1.0, 2.0], &[1], LAGS, 3).unwrap();
+        let covariances = Covariances::new(&channels, &[1.0, 2.0], &[1], LAGS, 3).unwrap();
         let m: Vec<f64> = y
             .iter()
             .map(|c| c.iter().sum::<f64>() / c.len() as f64)
@@ -197,13 +197,13 @@ mod tests {
         };
         let ends = [0, 1660, 3320, 4980];
         for (lag, c) in (0..=LAGS).flat_map(|lag| (0..2).map(move |c| (lag, c))) {
-            assert!((found.value(lag, c, 0) - direct(lag, c, 0..4980)).abs() < 1e-12);
+            assert!((covariances.value(lag, c, 0) - direct(lag, c, 0..4980)).abs() < 1e-12);
             for k in 0..3 {
-                let part = found.parts[k][lag * 2 + c];
+                let part = covariances.parts[k][lag * 2 + c];
                 assert!((part - direct(lag, c, ends[k]..ends[k + 1])).abs() < 1e-12);
             }
-            let rest = found.without(0)[lag * 2 + c];
-            assert!((rest - direct(lag, c, 1660..4980)).abs() < 1e-12);
+            let remaining = covariances.leave_out(0)[lag * 2 + c];
+            assert!((remaining - direct(lag, c, 1660..4980)).abs() < 1e-12);
         }
     }
 }

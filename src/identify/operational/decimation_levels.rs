@@ -58,7 +58,7 @@ pub fn decimation_levels(
 ) -> Result<(Vec<DecimationLevel>, Vec<Diagnostic>), Error> {
     let duration = samples as f64 / rate_hz;
     if samples < MIN_SAMPLES_PER_ROW * MIN_ROWS {
-        let message = format!("{samples} samples are too few for responses alone");
+        let message = format!("{samples} samples are too few for output-only identification");
         return Err(Error::new(Code::TooShort, message).with_hint(format!(
             "take a longer record: {} samples at least, better a thousand periods of the lowest mode",
             MIN_SAMPLES_PER_ROW * MIN_ROWS
@@ -96,11 +96,11 @@ pub fn decimation_levels(
         all.retain(|r| r.band_hz.0 <= high && r.band_hz.1 >= low);
         if all.is_empty() {
             let message = format!(
-                "no mode can be sought from {low} to {high} Hz: a record of {duration:.4} s at {rate_hz} Hz shows modes from {:.4} to {:.4} Hz",
+                "no mode can be identified from {low} to {high} Hz: a record of {duration:.4} s at {rate_hz} Hz covers modes from {:.4} to {:.4} Hz",
                 reach.0, reach.1
             );
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("widen the band, or take a longer record for lower and a faster one for higher modes"));
+                .with_hint("widen the band, or take a longer record for lower modes or a higher sample rate for higher modes"));
         }
     }
     Ok((all, diagnostics))
@@ -157,7 +157,7 @@ fn limits(
                 reach.1, BAND_OVER_RATE.1
             ),
             format!(
-                "sample faster: at {:.0} Hz or more, instead of {rate_hz}",
+                "sample at {:.0} Hz or more, instead of {rate_hz}",
                 high / BAND_OVER_RATE.1
             ),
         );

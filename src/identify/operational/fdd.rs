@@ -1,12 +1,11 @@
-//! Frequency-domain decomposition (FDD, EFDD): peaks of the largest singular value, damping by decay.
+//! Frequency-domain decomposition (FDD, EFDD): singular values of the spectral matrix `S(f) = U Σ Uᴴ`, damping from the SDOF bell.
 //!
-//! The spectral matrix of the responses is decomposed line by line (Brincker, Zhang & Andersen, Smart Mater. Struct. 10 (2001));
-//! damping from the decay of the autocovariance of the bell about each peak (Brincker, Ventura & Andersen,
-//! IMAC 19 (2001)).
+//! The spectral matrix of the responses is decomposed line by line (Brincker, Zhang & Andersen, Smart Mater. Struct. 10 (2001)); damping
+//! follows from the decay of the autocovariance of the SDOF bell at each peak (Brincker, Ventura & Andersen, IMAC 19 (2001)).
 //!
-//! The bell `φᴴ S(f) φ` alone is transformed back: a complex autocovariance `R(τ) ∝ exp(−ζωτ + iω_d τ)`, whose modulus and phase give
-//! damping and frequency by straight lines. The window's own autocovariance, which multiplies R, is divided out, so that short
-//! segments do not add damping.
+//! The inverse transform of the bell `φᴴ S(f) φ` is a complex autocovariance `R(τ) ∝ exp(−ζωτ + iω_d τ)`; linear regression of its
+//! logarithmic modulus and phase gives damping and frequency. R is divided by the autocovariance of the window, so that short segments
+//! do not bias the damping.
 
 use std::f64::consts::TAU;
 
@@ -23,80 +22,80 @@ use crate::numeric::{Complex, symmetric};
 /// Options of frequency-domain decomposition.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FddOptions {
-    /// Samples of a segment; `None`: the power of two below a tenth of the record.
+    /// Segment length, samples; `None`: the power of two below a tenth of the record.
     pub segment: Option<usize>,
-    /// Peaks are looked for from here to there, Hz; `None`: everywhere.
+    /// Frequency band of the peak search, Hz; `None`: all lines.
     pub band_hz: Option<(f64, f64)>,
     /// Running speed of the rotating shafts.
     pub running_speed: Option<RunningSpeed>,
 }
 
-/// A peak of the largest singular value.
+/// Peak of the largest singular value.
 #[derive(Debug, Clone)]
 pub struct FddPeak {
     /// Peak frequency, Hz: vertex of a parabola through the logarithms of three lines.
     pub frequency_hz: f64,
-    /// Density over that of the higher of the adjacent valleys, both averaged over the width of the peak.
+    /// Ratio of the peak density to that of the higher adjacent valley, both averaged over the width of the peak.
     pub prominence: f64,
-    /// Shape over the channels, the largest component 1.
+    /// Mode shape over the channels, normalised to a largest component of 1.
     pub shape: Vec<Complex>,
-    /// The lines about it with its shape; `None` where there are fewer than five.
+    /// SDOF bell of lines with the shape of the peak; `None` with fewer than five lines.
     pub bell: Option<SdofBell>,
-    /// Pole from the decay of its bell, where that decays; with the same shape, without covariance.
+    /// Mode with the pole of the bell and the same shape, without covariance; `None` without a decaying bell.
     pub mode: Option<ModalParameters>,
-    /// Evidence that the peak is a line of running speed.
+    /// Evidence that the peak is a harmonic of the running speed.
     pub harmonic: HarmonicIndicator,
 }
 
-/// A bell and how its autocovariance decays.
+/// SDOF bell with the decay of its autocovariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SdofBell {
-    /// Spectral lines of the bell, Hz, rising, and `φᴴ S φ` on them.
+    /// Frequencies of the lines, Hz, in ascending order, with `φᴴ S φ`.
     pub lines: Vec<(f64, f64)>,
-    /// Lags, s, and the modulus of the autocovariance over that at no lag, the window's divided out.
+    /// Lags, s, with the modulus of the autocovariance relative to lag 0, corrected for the window.
     pub decay: Vec<(f64, f64)>,
-    /// Pole estimated by the straight lines through logarithm and phase, and that logarithm at no lag.
+    /// Pole, rad/s, from the regression of logarithm and phase, and the regressed logarithm at lag 0.
     pub pole: Option<(Complex, f64)>,
 }
 
-/// Singular values of the spectral matrix by line, and their peaks.
+/// Singular values of the spectral matrix with their peaks.
 #[derive(Debug, Clone)]
 pub struct FddEstimate {
-    /// Lines, Hz.
+    /// Frequencies of the lines, Hz.
     pub frequency_hz: Vec<f64>,
-    /// Singular values of each line, largest first, product of units per Hz.
+    /// Singular values of each line in descending order, product of the response units per Hz.
     pub singular_values: Vec<Vec<f64>>,
-    /// Peaks by rising frequency.
+    /// Peaks in ascending order of frequency.
     pub peaks: Vec<FddPeak>,
 }
 
 impl FddEstimate {
-    /// Lines, Hz, and the largest singular value of each.
+    /// Frequencies of the lines, Hz, with the largest singular value of each.
     pub fn largest_values(self) -> (Vec<f64>, Vec<f64>) {
         let first = self.singular_values.iter().map(|v| v[0]).collect();
         (self.frequency_hz, first)
     }
 }
 
-/// Vectors of the bell agree with that of the peak by this MAC (Brincker et al.'s rule).
-const SAME_SHAPE: f64 = 0.8;
+/// Minimum MAC of the singular vectors of the bell with that of the peak (Brincker et al.).
+const MIN_MAC: f64 = 0.8;
 
-/// The bell ends where it has fallen to this share of its peak: what is further down is the neighbours'.
+/// Lower limit of the bell relative to its peak; below it neighbouring modes dominate.
 const BELL_FLOOR: f64 = 1e-2;
 
-/// The part of the decay the lines are laid through: below the first share, above the second.
+/// Upper and lower limit of the normalised autocovariance in the regression.
 pub const DECAY_RANGE: (f64, f64) = (0.95, 0.3);
 
-/// The decay is followed to this share.
+/// Normalised autocovariance at which the decay ends.
 const DECAY_END: f64 = 0.1;
 
-/// Half width of the band in which the distribution is looked at, in resolved lines.
+/// Half width of the band of the envelope kurtosis, in units of the frequency resolution.
 const KURTOSIS_HALF_BAND_LINES: f64 = 2.0;
 
-/// Decomposes the responses.
+/// Estimates modes from output-only responses by frequency-domain decomposition.
 ///
 /// # Errors
-/// `TooShort` where fewer than two segments fit; `OutOfRange` for a band that holds no line; those of the eigenproblems.
+/// `TooShort` where fewer than two segments fit; `OutOfRange` for a band with fewer than three lines; errors of the eigenproblems.
 pub fn fdd(channels: &ResponseChannels, options: &FddOptions) -> Result<FddEstimate, Error> {
     let spectra = SpectralMatrix::new(channels, options.segment)?;
     let mut values = Vec::with_capacity(spectra.lines.len());
@@ -139,7 +138,7 @@ impl BellSearch<'_> {
     fn peaks(&self, band_hz: Option<(f64, f64)>) -> Result<Vec<ProminentPeak>, Error> {
         let s = self.first;
         let spacing = self.spectra.line_spacing_hz;
-        // The lines next to zero hold what is left of the mean.
+        // Lines next to zero frequency contain the residual of the mean.
         let lowest = 4;
         let (from, to) = match band_hz {
             None => (lowest, s.len().saturating_sub(1)),
@@ -152,7 +151,7 @@ impl BellSearch<'_> {
             return Err(Error::new(
                 Code::OutOfRange,
                 format!(
-                    "no lines to look for peaks in: the band is lines {from} to {to} of {}, {spacing} Hz apart",
+                    "the band has too few lines for peaks: lines {from} to {to} of {}, {spacing} Hz apart",
                     s.len()
                 ),
             )
@@ -163,13 +162,13 @@ impl BellSearch<'_> {
         Ok(result)
     }
 
-    /// Standard deviation of the logarithm of a density: `1/√averages` by count, more by the median difference of lines that are two
-    /// resolved lines apart where the responses are not stationary, such as after knocks.
+    /// Standard deviation of the log density: `1/√averages`, or the larger value from the median difference of lines two resolution widths
+    /// apart if the responses are not stationary, such as after impacts.
     fn scatter(&self, from: usize, to: usize) -> f64 {
         const INDEPENDENT_LINES: usize = 4; // padded lines lie at half the resolution
         const MEDIAN_DIFFERENCE_TO_STD: f64 = 0.6745 * std::f64::consts::SQRT_2; // median of |difference| over the standard deviation
-        // Of half-overlapping Hann segments about 0.95 in two hops count as independent (Welch 1967).
-        let counted = 1.0 / (self.spectra.averages as f64 * 0.95).max(1.0).sqrt();
+        // The effective number of averages of half-overlapping Hann segments is 0.95 of their number (Welch 1967).
+        let by_averages = 1.0 / (self.spectra.averages as f64 * 0.95).max(1.0).sqrt();
         let mut differences: Vec<f64> = (from..=to.saturating_sub(INDEPENDENT_LINES))
             .map(|k| {
                 (self.first[k + INDEPENDENT_LINES] / self.first[k])
@@ -182,7 +181,7 @@ impl BellSearch<'_> {
             .get(differences.len() / 2)
             .copied()
             .unwrap_or(0.0);
-        counted.max(median / MEDIAN_DIFFERENCE_TO_STD)
+        by_averages.max(median / MEDIAN_DIFFERENCE_TO_STD)
     }
 
     fn describe_peak(
@@ -204,8 +203,8 @@ impl BellSearch<'_> {
         let largest = shape[strongest];
         shape.iter_mut().for_each(|x| *x /= largest);
         let bell = self.bell(line).map(|lines| self.decay(&lines));
-        let told = bell.as_ref().and_then(|bell| bell.pole);
-        let mode = told.map(|(pole, _)| ModalParameters {
+        let estimate = bell.as_ref().and_then(|bell| bell.pole);
+        let mode = estimate.map(|(pole, _)| ModalParameters {
             pole,
             pole_covariance: None,
             shape: shape.clone(),
@@ -228,11 +227,11 @@ impl BellSearch<'_> {
 
     /// Offset of a peak from its line, from −½ to ½ of the line spacing.
     fn peak_offset(&self, line: usize) -> f64 {
-        let three = [line - 1, line, line + 1].map(|k| self.first[k]);
-        log_vertex(three).0.clamp(-0.5, 0.5)
+        let values = [line - 1, line, line + 1].map(|k| self.first[k]);
+        log_vertex(values).0.clamp(-0.5, 0.5)
     }
 
-    /// Lines about the peak with its shape, and `φᴴ S φ` on them.
+    /// Lines about the peak with its shape, with `φᴴ S φ`; `None` with fewer than five.
     fn bell(&self, line: usize) -> Option<Vec<(usize, f64)>> {
         let shape = &self.vectors[line];
         let density = |k: usize| -> f64 {
@@ -248,15 +247,15 @@ impl BellSearch<'_> {
                 .zip(&self.vectors[k])
                 .map(|(a, b)| a.conj() * b)
                 .sum();
-            product.norm_sqr() >= SAME_SHAPE
+            product.norm_sqr() >= MIN_MAC
         };
         let floor = self.first[line] * BELL_FLOOR;
-        let walk = |lines: &mut dyn Iterator<Item = usize>| {
+        let flank = |lines: &mut dyn Iterator<Item = usize>| {
             let mut bell = Vec::new();
             let mut lowest = f64::INFINITY;
             for k in lines {
                 let value = density(k);
-                // On its way down the bell may rise by chance, not double: there a neighbour begins.
+                // Random fluctuation may raise the falling flank, but not double it: that is the next mode.
                 if !is_alike(k) || value < floor || value > 2.0 * lowest {
                     break;
                 }
@@ -265,29 +264,29 @@ impl BellSearch<'_> {
             }
             bell
         };
-        let mut bell = walk(&mut (1..line).rev());
+        let mut bell = flank(&mut (1..line).rev());
         bell.reverse();
         bell.push((line, density(line)));
-        bell.extend(walk(&mut (line + 1..self.first.len() - 1)));
+        bell.extend(flank(&mut (line + 1..self.first.len() - 1)));
         (bell.len() >= 5).then_some(bell)
     }
 
-    /// A bell with the decay of its autocovariance, and the pole that tells; none where it does not fall far enough within the segment.
+    /// Bell with the decay of its autocovariance and its pole; without pole if the decay is too short within half a segment.
     fn decay(&self, bell: &[(usize, f64)]) -> SdofBell {
         let step = TAU * self.spectra.line_spacing_hz / self.rate_hz;
         let total: f64 = bell.iter().map(|(_, s)| s).sum();
         let centre = bell.iter().map(|&(k, s)| k as f64 * s).sum::<f64>() / total;
-        // The bell is narrow: its envelope about the centre changes slowly, and every few samples are enough.
+        // The bell is narrow, so its envelope about the centre frequency varies slowly: a subset of lags suffices.
         let width = bell.len() as f64;
         let stride = ((TAU / (step * width)) as usize / 8).max(1);
-        let at = |&(k, s): &(usize, f64)| (k as f64 * self.spectra.line_spacing_hz, s);
-        let mut found = SdofBell {
-            lines: bell.iter().map(at).collect(),
+        let line = |&(k, s): &(usize, f64)| (k as f64 * self.spectra.line_spacing_hz, s);
+        let mut result = SdofBell {
+            lines: bell.iter().map(line).collect(),
             decay: Vec::new(),
             pole: None,
         };
         let mut points: Vec<[f64; 3]> = Vec::new();
-        let (mut turns, mut last, mut is_above) = (0.0, 0.0, true);
+        let (mut revolutions, mut previous, mut is_above) = (0.0, 0.0, true);
         for lag in (0..self.spectra.block / 2).step_by(stride) {
             let sum: Complex = (bell.iter())
                 .map(|&(k, s)| {
@@ -300,28 +299,28 @@ impl BellSearch<'_> {
             if amplitude < DECAY_END {
                 break;
             }
-            found.decay.push((time, amplitude));
+            result.decay.push((time, amplitude));
             let phase = sum.im.atan2(sum.re);
-            turns -= ((phase - last) / TAU).round();
-            last = phase;
+            revolutions -= ((phase - previous) / TAU).round();
+            previous = phase;
             is_above &= amplitude >= DECAY_RANGE.1;
             if is_above && amplitude < DECAY_RANGE.0 {
-                points.push([time, amplitude.ln(), phase + TAU * turns]);
+                points.push([time, amplitude.ln(), phase + TAU * revolutions]);
             }
         }
         if points.len() < 3 {
-            return found;
+            return result;
         }
         let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
         let slope = |value: usize| {
             let (t, y) = (mean(0), mean(value));
-            let top: f64 = points.iter().map(|p| (p[0] - t) * (p[value] - y)).sum();
-            top / points.iter().map(|p| (p[0] - t).powi(2)).sum::<f64>()
+            let covariance: f64 = points.iter().map(|p| (p[0] - t) * (p[value] - y)).sum();
+            covariance / points.iter().map(|p| (p[0] - t).powi(2)).sum::<f64>()
         };
         let pole = Complex::new(slope(1), centre * step * self.rate_hz + slope(2));
         if pole.re < 0.0 && pole.im > 0.0 {
-            found.pole = Some((pole, mean(1) - pole.re * mean(0)));
+            result.pole = Some((pole, mean(1) - pole.re * mean(0)));
         }
-        found
+        result
     }
 }

@@ -1,25 +1,25 @@
-//! Harmonics of running speed distinguished from modes by shaft orders and by envelope kurtosis.
+//! Harmonic indicators: distinction of running-speed harmonics from modes by shaft order and envelope kurtosis `E|z|⁴/(E|z|²)²`.
 //!
-//! Noise through a resonance is normally distributed, a sine is not (Brincker, Andersen & Møller, IMAC 18 (2000)). Of the envelope
-//! `|z|` of the analytic signal, `E|z|⁴/(E|z|²)²` is 2 for the one and 1 for the other; over N independent values it scatters by `2/√N`.
+//! The random response of a mode is normally distributed, a sine is not (Brincker, Andersen & Møller, IMAC 18 (2000)). The kurtosis of the
+//! envelope `|z|` of the analytic signal is 2 for a mode and 1 for a sine, with standard deviation `2/√N` over N independent values.
 
 use super::response_channels::ResponseChannels;
 use crate::numeric::Complex;
 use crate::numeric::fft::{ComplexFft, next_fast_len};
 
-/// Speeds of the rotating shafts and their orders that may be excited.
+/// Running speed of a shaft with the orders that may be excited.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunningSpeed {
     /// Speed of the shaft, Hz.
     pub speed_hz: f64,
-    /// Orders of it, such as 1, 2 and a tooth number.
+    /// Shaft orders, such as 1, 2 and a tooth number.
     pub orders: Vec<f64>,
-    /// Half width about each order within which a frequency is taken for it, relative: how far the speed strays.
+    /// Relative half width of the band of each order: the speed variation.
     pub tolerance: f64,
 }
 
 impl RunningSpeed {
-    /// The order that a frequency, Hz, lies on.
+    /// Order whose band contains a frequency, Hz; `None` if there is none.
     pub fn order(&self, frequency_hz: f64) -> Option<f64> {
         let is_near = |order: &&f64| {
             let line = *order * self.speed_hz;
@@ -29,45 +29,45 @@ impl RunningSpeed {
     }
 }
 
-/// Evidence that a frequency is a line of running speed.
+/// Evidence that a frequency is a harmonic of the running speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicIndicator {
-    /// `E|z|⁴/(E|z|²)²` of the envelope: 2 for noise through a resonance, 1 for a sine.
+    /// Envelope kurtosis `E|z|⁴/(E|z|²)²`: 2 for the random response of a mode, 1 for a sine.
     pub envelope_kurtosis: f64,
-    /// Standard deviation the kurtosis would have were it noise.
+    /// Standard deviation of the kurtosis for a random response.
     pub scatter: f64,
-    /// The order of the running speed it lies on.
+    /// Order of the running speed at the frequency.
     pub order: Option<f64>,
 }
 
 impl HarmonicIndicator {
-    /// On a known order, or nearer to a sine than to noise by more than chance.
+    /// Whether the frequency is at a known order or the response is significantly sinusoidal.
     pub fn is_harmonic(&self) -> bool {
         self.order.is_some() || self.is_sine()
     }
 
-    /// Nearer to a sine than to noise by more than chance. A resonance that the record hardly resolves keeps its amplitude for most of
-    /// it: of so few independent values nothing is said.
+    /// Whether the kurtosis is significantly below that of a random response. False with too few independent values: a mode barely
+    /// resolved by the record has an almost constant amplitude.
     pub fn is_sine(&self) -> bool {
-        const MAX_SINE_KURTOSIS: f64 = 1.5; // half way
+        const MAX_SINE_KURTOSIS: f64 = 1.5; // midway between sine and random response
         const SIGNIFICANCE_SIGMA: f64 = 3.0; // standard deviations
-        const UNDECIDED: f64 = 0.6; // the scatter of eleven independent values
-        // What is above 1 scatters by a factor: of few values it can be small, never below nothing.
-        let noise = 1.0 + (-SIGNIFICANCE_SIGMA * self.scatter).exp();
-        self.scatter < UNDECIDED && self.envelope_kurtosis < noise.min(MAX_SINE_KURTOSIS)
+        const MAX_SCATTER: f64 = 0.6; // standard deviation with eleven independent values
+        // The excess over 1 is positive, so its confidence limit is multiplicative.
+        let random_limit = 1.0 + (-SIGNIFICANCE_SIGMA * self.scatter).exp();
+        self.scatter < MAX_SCATTER && self.envelope_kurtosis < random_limit.min(MAX_SINE_KURTOSIS)
     }
 }
 
-/// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…
+/// Half width of the band of the envelope kurtosis about a mode, in half-power half-bandwidths.
 pub const KURTOSIS_HALF_BANDWIDTHS: f64 = 3.0;
 
-/// … and in lines of the whole record.
-pub const LINES: f64 = 20.0;
+/// Minimum half width of this band, in spectral lines of the full record.
+pub const BAND_LINES: f64 = 20.0;
 
-/// Samples looked at, from the first on: more tell no distribution better.
+/// Maximum number of samples evaluated, from the first on; more do not improve the decision.
 const MAX_SAMPLES: usize = 1 << 21;
 
-/// Spectra of whole responses, from which bands are cut.
+/// Spectra of full-length responses, from which bands are extracted.
 #[derive(Debug, Clone)]
 pub struct BandSpectra {
     spectra: Vec<Vec<Complex>>,
@@ -76,12 +76,12 @@ pub struct BandSpectra {
 }
 
 impl BandSpectra {
-    /// One transform of each whole channel.
+    /// Spectra of the full length of each channel.
     pub fn new(channels: &ResponseChannels) -> BandSpectra {
         BandSpectra::from_signals(channels.samples(), channels.rate_hz())
     }
 
-    /// One transform of each signal; they are of one length.
+    /// Spectra of signals of equal length, sampled at `rate_hz`, Hz.
     pub fn from_signals(channels: &[&[f64]], rate_hz: f64) -> BandSpectra {
         let n = channels.first().map_or(0, |s| s.len()).min(MAX_SAMPLES);
         let length = next_fast_len(n);
@@ -105,7 +105,7 @@ impl BandSpectra {
         }
     }
 
-    /// Looks at the band `frequency_hz ± half_band_hz` of one channel, and at the orders of what turns.
+    /// Harmonic indicator of the band `frequency_hz ± half_band_hz` of one channel.
     pub fn examine_band(
         &self,
         channel: usize,
@@ -122,28 +122,28 @@ impl BandSpectra {
         }
     }
 
-    /// Kurtosis and the scatter chance gives it; nothing for a band without lines.
+    /// Envelope kurtosis of a band and its standard deviation; `None` for a band without lines.
     fn envelope_kurtosis(&self, channel: usize, centre: f64, half: f64) -> Option<(f64, f64)> {
         let spectrum = self.spectra.get(channel)?;
         let first = ((centre - half) / self.spacing_hz).ceil().max(1.0) as usize;
         let last = ((centre + half) / self.spacing_hz).floor() as usize;
         let band = spectrum.get(first..(last + 1).min(spectrum.len()))?;
-        // The band moved to zero frequency; twice as many values as lines hold |z|² without aliasing.
+        // The band is shifted to zero frequency; twice as many values as lines represent |z|² without aliasing.
         let mut values = vec![Complex::new(0.0, 0.0); next_fast_len(2 * band.len().max(2))];
         values[..band.len()].copy_from_slice(band);
         let length = values.len();
         ComplexFft::new(length).inverse(&mut values);
-        // Padding behind the record holds no signal.
-        let kept = length * self.samples / next_fast_len(self.samples);
-        let powers: Vec<f64> = values[..kept.clamp(1, length)]
+        // Values of the zero padding after the record are discarded.
+        let n_valid = length * self.samples / next_fast_len(self.samples);
+        let powers: Vec<f64> = values[..n_valid.clamp(1, length)]
             .iter()
             .map(|z| z.norm_sqr())
             .collect();
         let n = powers.len() as f64;
         let mean = powers.iter().sum::<f64>() / n;
         let square = powers.iter().map(|p| p * p).sum::<f64>() / n;
-        // Values independent of each other: n/2 by bandwidth, fewer where the power within the band is bunched.
-        let mut related = 0.0;
+        // Effective number of independent values: n/2 by bandwidth, fewer with power concentrated within the band.
+        let mut correlations = 0.0;
         for lag in 1..powers.len() / 2 {
             let product: f64 = powers
                 .iter()
@@ -154,9 +154,9 @@ impl BandSpectra {
             if correlation < 0.05 {
                 break;
             }
-            related += correlation;
+            correlations += correlation;
         }
-        let independent = n / (1.0 + 2.0 * related);
+        let independent = n / (1.0 + 2.0 * correlations);
         (mean > 0.0).then(|| (square / (mean * mean), 2.0 / independent.sqrt()))
     }
 }

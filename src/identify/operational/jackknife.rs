@@ -1,8 +1,8 @@
-//! The uncertainty of a pole: how it moves when one part of the record after the other is left out, and from order to order.
+//! Uncertainty of a pole by the jackknife over parts of the record, with its variation over model orders.
 //!
-//! Of m estimates θ_k, each without one of m parts, the covariance of θ is `(m − 1)/m Σ (θ_k − θ̄)(θ_k − θ̄)ᵀ` (Efron & Stein, Ann.
-//! Statist. 9 (1981), eq. (1.4)). The pole is found at four orders and taken as their mean, weighed by certainty; what the order
-//! changes is added to the variance: that of one order alone covers the truth in 88–90 % of simulated records instead of 95 %.
+//! From m estimates θ_k, each without one of m parts, the covariance of θ is `(m − 1)/m Σ (θ_k − θ̄)(θ_k − θ̄)ᵀ` (Efron & Stein, Ann.
+//! Statist. 9 (1981), eq. (1.4)). The pole is the weighted mean over four orders. The variance between orders is added, because the
+//! 95 % interval of a single order contains the true value in only 88–90 % of simulated records.
 
 use std::f64::consts::TAU;
 
@@ -14,42 +14,42 @@ use crate::numeric::Complex;
 use crate::numeric::mac::mac;
 use crate::numeric::statistics::{Z_95, student_t_quantile};
 
-/// Places in a cluster, by rising order, at which its pole is tried.
+/// Relative positions in a cluster, in ascending order of the model, at which its pole is evaluated.
 const EVALUATED_ORDERS: [f64; 4] = [0.10, 0.35, 0.60, 0.85];
 
-/// Without a part of the record a pole is the same with this MAC of the shapes.
-const SAME_SHAPE: f64 = 0.7;
+/// Minimum MAC between the pole of the full record and that without a part.
+const MIN_MAC: f64 = 0.7;
 
-/// A pole that is lost without more than this share of the parts is none of the whole record.
+/// Maximum share of parts without which the pole is not identified.
 const MAX_LOST_SHARE: f64 = 1.0 / 6.0;
 
-/// Weight of the damping ratio's deviation against the relative deviation of frequency where an order is chosen.
+/// Weight of the standard deviation of the damping ratio against the relative one of the frequency in the scatter of an order.
 const DAMPING_WEIGHT: f64 = 0.3;
 
-/// An order at which a pole scatters by more than this many times the least says nothing of how well it is known.
+/// Maximum scatter of an order relative to the smallest; other orders are excluded.
 const MAX_SCATTER_RATIO: f64 = 3.0;
 
-/// A pole with its uncertainty.
+/// Identified pole with its uncertainty.
 #[derive(Debug, Clone)]
 pub struct PoleEstimate {
-    /// Order at which it scatters least, and its shape is from.
+    /// Model order with the smallest scatter, which gives the shape.
     pub order: usize,
-    /// With the covariance over parts and orders, widened so that 1.96 standard deviations hold the quantile of Student's t for the
-    /// number of parts.
+    /// Pole, shape and covariance over parts and orders; 1.96 standard deviations are the 95 % interval of Student's t for the number
+    /// of parts.
     pub mode: ModalParameters,
-    /// By which its standard deviations were widened.
+    /// Factor of Student's t over the normal distribution in the standard deviations.
     pub widening: f64,
     /// Standard deviation of the frequency over the parts alone, Hz.
     pub parts_std_hz: f64,
-    /// Share of all orders with this pole.
+    /// Share of all orders with this pole, 0 to 1.
     pub presence: f64,
 }
 
-/// Poles of each order, without each part; worked out when they are first needed.
+/// Poles of each order without each part, computed on demand.
 pub(super) struct JackknifePoles<'a> {
     subspaces: &'a Subspaces,
     rate_hz: f64,
-    /// By part, then order.
+    /// Cached poles by part and order.
     poles: Vec<Vec<Option<OrderPoles>>>,
 }
 
@@ -58,29 +58,29 @@ impl<'a> JackknifePoles<'a> {
         JackknifePoles {
             subspaces,
             rate_hz,
-            poles: vec![vec![None; highest + 1]; subspaces.without.len()],
+            poles: vec![vec![None; highest + 1]; subspaces.leave_one_out.len()],
         }
     }
 
     fn poles_without(&mut self, part: usize, order: usize) -> &OrderPoles {
-        let subspace: &Observability = &self.subspaces.without[part];
+        let subspace: &Observability = &self.subspaces.leave_one_out[part];
         let rate_hz = self.rate_hz;
         self.poles[part][order].get_or_insert_with(|| subspace.poles(order, rate_hz))
     }
 
-    /// The estimate of a cluster, from the order at which it scatters least; none where its pole is lost without a part of the record.
+    /// Pole estimate of a cluster; `None` where the pole is not identified without some parts of the record.
     pub fn estimate(&mut self, cluster: &PoleCluster) -> Option<PoleEstimate> {
         let last = cluster.members.len() - 1;
-        let mut places = EVALUATED_ORDERS.map(|share| (share * last as f64).round() as usize);
-        places.sort_unstable();
-        let mut tried: Vec<(usize, &CandidatePole, [f64; 3])> = Vec::new();
-        for (k, place) in places.iter().enumerate() {
-            if places[..k].contains(place) {
+        let mut positions = EVALUATED_ORDERS.map(|share| (share * last as f64).round() as usize);
+        positions.sort_unstable();
+        let mut poles: Vec<(usize, &CandidatePole, [f64; 3])> = Vec::new();
+        for (k, position) in positions.iter().enumerate() {
+            if positions[..k].contains(position) {
                 continue;
             }
-            let (order, pole) = &cluster.members[*place];
+            let (order, pole) = &cluster.members[*position];
             if let Some(covariance) = self.covariance(*order, pole) {
-                tried.push((*order, pole, covariance));
+                poles.push((*order, pole, covariance));
             }
         }
         let mode_of = |pole: &CandidatePole, covariance: [f64; 3]| ModalParameters {
@@ -88,26 +88,26 @@ impl<'a> JackknifePoles<'a> {
             pole_covariance: Some(covariance),
             shape: pole.shape.clone(),
         };
-        let size = |entry: &&(usize, &CandidatePole, [f64; 3])| {
+        let norm = |entry: &&(usize, &CandidatePole, [f64; 3])| {
             let mode = mode_of(entry.1, entry.2);
             mode.frequency_std_hz().unwrap_or(f64::INFINITY) / mode.frequency_hz()
                 + DAMPING_WEIGHT * mode.damping_std().unwrap_or(f64::INFINITY)
         };
         let &(order, pole, covariance) =
-            (tried.iter()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
-        let least = tried.iter().map(|t| size(&t)).fold(f64::INFINITY, f64::min);
-        tried.retain(|t| size(&t) <= MAX_SCATTER_RATIO * least);
+            (poles.iter()).min_by(|a, b| norm(a).total_cmp(&norm(b)))?;
+        let least = poles.iter().map(|t| norm(&t)).fold(f64::INFINITY, f64::min);
+        poles.retain(|t| norm(&t) <= MAX_SCATTER_RATIO * least);
         let between = scatter(
-            tried.iter().map(|t| t.1),
-            1.0 / (tried.len() as f64 - 1.0).max(1.0),
+            poles.iter().map(|t| t.1),
+            1.0 / (poles.len() as f64 - 1.0).max(1.0),
         );
         let parts = self.poles.len() as f64;
         let widening = student_t_quantile(0.975, parts - 1.0) / Z_95;
-        let all = [0, 1, 2].map(|k| widening.powi(2) * (covariance[k] + between[k]));
-        // The mean over the orders, each by its certainty, scatters less than any of them.
-        let weights: Vec<f64> = tried.iter().map(|t| size(&t).powi(-2)).collect();
+        let total = [0, 1, 2].map(|k| widening.powi(2) * (covariance[k] + between[k]));
+        // The mean over the orders, weighted by inverse squared scatter, has a smaller variance than any of them.
+        let weights: Vec<f64> = poles.iter().map(|t| norm(&t).powi(-2)).collect();
         let sum: f64 = weights.iter().sum();
-        let mean: Complex = (tried.iter().zip(&weights))
+        let mean: Complex = (poles.iter().zip(&weights))
             .map(|(t, w)| t.1.pole * (w / sum))
             .sum();
         Some(PoleEstimate {
@@ -116,30 +116,30 @@ impl<'a> JackknifePoles<'a> {
             parts_std_hz: mode_of(pole, covariance).frequency_std_hz()?,
             mode: ModalParameters {
                 pole: mean,
-                ..mode_of(pole, all)
+                ..mode_of(pole, total)
             },
             presence: cluster.presence,
         })
     }
 
-    /// Covariance of a pole of one order over the parts.
+    /// Jackknife covariance of a pole of one order over the parts, (rad/s)²; `None` where too many parts lack it.
     fn covariance(&mut self, order: usize, pole: &CandidatePole) -> Option<[f64; 3]> {
         let parts = self.poles.len();
-        let reach = 2.0 * half_width(pole.damping_ratio()) * pole.pole.norm();
-        let off = |p: &CandidatePole| (p.pole - pole.pole).norm();
-        let mut found: Vec<CandidatePole> = Vec::with_capacity(parts);
+        let radius = 2.0 * half_width(pole.damping_ratio()) * pole.pole.norm();
+        let distance = |p: &CandidatePole| (p.pole - pole.pole).norm();
+        let mut replicates: Vec<CandidatePole> = Vec::with_capacity(parts);
         for part in 0..parts {
-            let same = (self.poles_without(part, order).poles.iter())
-                .filter(|p| off(p) < reach && mac(&p.shape, &pole.shape) > SAME_SHAPE)
-                .min_by(|a, b| off(a).total_cmp(&off(b)));
-            found.extend(same.cloned());
+            let replicate = (self.poles_without(part, order).poles.iter())
+                .filter(|p| distance(p) < radius && mac(&p.shape, &pole.shape) > MIN_MAC)
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            replicates.extend(replicate.cloned());
         }
-        let lost = (parts - found.len()) as f64;
-        if found.len() < 3 || lost > MAX_LOST_SHARE * parts as f64 {
+        let missing = (parts - replicates.len()) as f64;
+        if replicates.len() < 3 || missing > MAX_LOST_SHARE * parts as f64 {
             return None;
         }
-        let m = found.len() as f64;
-        let covariance = scatter(found.iter(), (m - 1.0) / m);
+        let m = replicates.len() as f64;
+        let covariance = scatter(replicates.iter(), (m - 1.0) / m);
         covariance
             .iter()
             .all(|x| x.is_finite())
@@ -147,12 +147,12 @@ impl<'a> JackknifePoles<'a> {
     }
 }
 
-/// `factor · Σ (p − p̄)(p − p̄)ᵀ` of real and imaginary parts.
+/// Variances and covariance `factor · Σ (p − p̄)(p − p̄)ᵀ` of real and imaginary parts.
 fn scatter<'a>(poles: impl Iterator<Item = &'a CandidatePole>, factor: f64) -> [f64; 3] {
-    let all: Vec<_> = poles.map(|p| p.pole).collect();
-    let mean = all.iter().sum::<Complex>() / all.len() as f64;
+    let poles: Vec<_> = poles.map(|p| p.pole).collect();
+    let mean = poles.iter().sum::<Complex>() / poles.len() as f64;
     let mut sums = [0.0; 3];
-    for pole in &all {
+    for pole in &poles {
         let d = pole - mean;
         sums[0] += factor * d.re * d.re;
         sums[1] += factor * d.im * d.im;

@@ -1,48 +1,48 @@
-//! Poles and shapes per order from the extended observability matrix (shift invariance).
+//! Poles and shapes by model order from the shift invariance of the extended observability matrix, `U↓ = U↑ A`.
 //!
 //! Peeters & De Roeck, Mech. Syst. Signal Process. 13 (1999), eqs. (20)–(27).
 //!
-//! The columns of U that belong to the n largest singular values of H span `[C; CA; CA²; …]` in some basis, so that `U↓ = U↑ A` without
-//! its first and last block row; `A φ = λ φ`, poles `rate · ln λ`, shapes `C φ`. With `U↑ᵀU↑` formed once, an order costs one small
-//! solve and one eigenproblem.
+//! The left singular vectors U of the n largest singular values of the block Hankel matrix H span `[C; CA; CA²; …]`. U↓ is U without its
+//! first, U↑ without its last block row; `A φ = λ φ`, poles `rate · ln λ`, shapes `C φ`. With `U↑ᵀU↑` formed once, each order costs one
+//! small linear solve and one eigenproblem.
 //!
-//! The projection of the future of all responses on the past of the references (Van Overschee & De Moor, Subspace Identification for
-//! Linear Systems (1996), §3.3) has the left vectors of `H W`, `W Wᵀ` the inverse covariance of that past: the same covariances tell it.
+//! The projection of the future responses on the past references (Van Overschee & De Moor, Subspace Identification for Linear Systems
+//! (1996), §3.3) has the left singular vectors of `H W`, `W Wᵀ` the inverse covariance of the past, so the covariances suffice.
 
 use super::covariances::Covariances;
 use crate::base::error::Error;
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
 use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
-/// Right multiplier of the Hankel matrix.
+/// Right weighting matrix W of the block Hankel matrix.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Weighting {
-    /// None: identification from covariances.
+    /// `W = I`: covariance-driven identification.
     #[default]
     Covariances,
-    /// The inverse factor of the covariance of the past: identification from data by projection.
+    /// Inverse factor of the covariance of the past references: data-driven identification by projection.
     Projection,
 }
 
-/// Right singular vectors kept for the parts of a record: twice the highest order, so that what is cut off does not couple.
+/// Right singular vectors used for the parts of a record: twice the highest order, so that truncation has no effect.
 const RETAINED_VECTORS: usize = 120;
 
-/// Singular values below this share of the largest are rounding, for they come from squares.
+/// Relative singular value below which values are rounding, because they result from squares.
 const ROUNDING: f64 = 1e-7;
 
-/// The observable subspace of a record, and of the record with each of its parts left out.
+/// Observable subspaces of a record and of its leave-one-out replicates.
 pub(super) struct Subspaces {
-    /// From all parts.
-    pub whole: Observability,
-    /// Without each part.
-    pub without: Vec<Observability>,
+    /// Subspace of the full record.
+    pub full: Observability,
+    /// Subspace without each part.
+    pub leave_one_out: Vec<Observability>,
 }
 
 impl Subspaces {
-    /// Up to the order `highest`, or to what the singular values carry.
+    /// Subspaces up to the order `highest`, or up to the numerical rank.
     ///
     /// # Errors
-    /// Those of the decompositions.
+    /// Errors of the decompositions.
     pub fn new(
         covariances: &Covariances,
         weighting: Weighting,
@@ -55,81 +55,81 @@ impl Subspaces {
                 r[((i / nc + j / nr + 1) * nr + j % nr) * nc + i % nc]
             })
         };
-        let whole = hankel(&covariances.mean);
+        let full = hankel(&covariances.mean);
         let weight = match weighting {
             Weighting::Covariances => None,
             Weighting::Projection => Some(inverse_factor(covariances, columns)?),
         };
         let weighted = match &weight {
-            None => whole.clone(),
-            Some(weight) => &whole * weight,
+            None => full.clone(),
+            Some(weight) => &full * weight,
         };
         let (values, right) = symmetric::right_svd(&weighted)?;
-        let kept = RETAINED_VECTORS.min(right.ncols()).min(right.nrows());
-        let right = right.subcols(0, kept).to_owned();
+        let n_vectors = RETAINED_VECTORS.min(right.ncols()).min(right.nrows());
+        let right = right.subcols(0, n_vectors).to_owned();
         let right = match &weight {
             None => right,
             Some(weight) => weight * &right,
         };
-        let left = |r: &[f64]| -> Result<Observability, Error> {
+        let replicate = |r: &[f64]| -> Result<Observability, Error> {
             let projected = &hankel(r) * &right;
             let gram = projected.transpose() * &projected;
-            let found = symmetric::symmetric_eigen(&gram)?;
-            let largest = found.values.last().copied().unwrap_or(0.0).max(0.0).sqrt();
-            let carried = (found.values.iter())
+            let eigen = symmetric::symmetric_eigen(&gram)?;
+            let largest = eigen.values.last().copied().unwrap_or(0.0).max(0.0).sqrt();
+            let rank = (eigen.values.iter())
                 .filter(|v| v.max(0.0).sqrt() > ROUNDING * largest)
                 .count();
-            let highest = highest.min(carried);
-            let vectors = Matrix::from_fn(kept, highest, |i, j| {
-                found.vectors[(i, kept - 1 - j)] / found.values[kept - 1 - j].sqrt()
+            let highest = highest.min(rank);
+            let vectors = Matrix::from_fn(n_vectors, highest, |i, j| {
+                eigen.vectors[(i, n_vectors - 1 - j)] / eigen.values[n_vectors - 1 - j].sqrt()
             });
             Ok(Observability::new(&(&projected * &vectors), nc))
         };
-        let carried = (values.iter())
+        let rank = (values.iter())
             .filter(|v| **v > ROUNDING * values[0])
             .count();
-        let size = highest.min(carried).min(kept);
-        let vectors = Matrix::from_fn(kept, size, |i, j| match i == j {
+        let size = highest.min(rank).min(n_vectors);
+        let vectors = Matrix::from_fn(n_vectors, size, |i, j| match i == j {
             true => 1.0 / values[j],
             false => 0.0,
         });
-        let projected = &(&whole * &right) * &vectors;
+        let projected = &(&full * &right) * &vectors;
         Ok(Subspaces {
-            whole: Observability::new(&projected, nc),
-            without: (0..covariances.parts.len())
-                .map(|k| left(&covariances.without(k)))
+            full: Observability::new(&projected, nc),
+            leave_one_out: (0..covariances.parts.len())
+                .map(|k| replicate(&covariances.leave_out(k)))
                 .collect::<Result<_, Error>>()?,
         })
     }
 }
 
-/// `W` with `W Wᵀ = P⁻¹`, P the covariance of the references at `columns` consecutive samples, the latest first.
+/// Factor W with `W Wᵀ = P⁻¹`; P: covariance of the references at `columns` consecutive samples, the latest first.
 fn inverse_factor(covariances: &Covariances, columns: usize) -> Result<Matrix, Error> {
-    /// Eigenvalues of P below this share of the largest are raised to it: a decimated signal has no power near half its rate, and what the
-    /// estimate holds there may be negative.
+    /// Lower bound of the eigenvalues of P relative to the largest: a decimated signal has no power near half its sample rate, where the
+    /// estimated eigenvalues may be negative.
     const MIN_EIGENVALUE_SHARE: f64 = 1e-4;
     let nr = covariances.references.len();
-    let at = |lag: usize, a: usize, b: usize| covariances.value(lag, covariances.references[a], b);
+    let r = |lag: usize, a: usize, b: usize| covariances.value(lag, covariances.references[a], b);
     let size = columns * nr;
     let past = Matrix::from_fn(size, size, |i, j| {
-        // column i holds reference i % nr at i / nr samples before
+        // index i is reference i % nr, i / nr samples before the latest
         let (later, earlier) = if i / nr <= j / nr { (i, j) } else { (j, i) };
         let lag = earlier / nr - later / nr;
         match lag {
-            0 => 0.5 * (at(0, later % nr, earlier % nr) + at(0, earlier % nr, later % nr)),
-            _ => at(lag, later % nr, earlier % nr),
+            0 => 0.5 * (r(0, later % nr, earlier % nr) + r(0, earlier % nr, later % nr)),
+            _ => r(lag, later % nr, earlier % nr),
         }
     });
-    let found = symmetric::symmetric_eigen(&past)?;
-    let least = MIN_EIGENVALUE_SHARE * found.values.last().copied().unwrap_or(0.0).max(0.0);
+    let eigen = symmetric::symmetric_eigen(&past)?;
+    let least = MIN_EIGENVALUE_SHARE * eigen.values.last().copied().unwrap_or(0.0).max(0.0);
     Ok(Matrix::from_fn(size, size, |i, j| {
-        found.vectors[(i, j)] / found.values[j].max(least).sqrt()
+        eigen.vectors[(i, j)] / eigen.values[j].max(least).sqrt()
     }))
 }
 
-/// The products every order is cut from.
+/// Matrix products of the observability matrix whose leading blocks give every order.
 pub(super) struct Observability {
-    /// The first block row, C.
+    /// First block row, C.
     output: Matrix,
     /// `U↑ᵀU↑`.
     gram: Matrix,
@@ -138,11 +138,11 @@ pub(super) struct Observability {
 }
 
 impl Observability {
-    /// Observability matrix from left singular vectors with block rows of so many responses.
+    /// Products of left singular vectors `u` with block rows of `responses` rows.
     fn new(u: &Matrix, responses: usize) -> Observability {
-        let kept = u.nrows() - responses;
-        let up = u.submatrix(0, 0, kept, u.ncols());
-        let down = u.submatrix(responses, 0, kept, u.ncols());
+        let rows = u.nrows() - responses;
+        let up = u.submatrix(0, 0, rows, u.ncols());
+        let down = u.submatrix(responses, 0, rows, u.ncols());
         Observability {
             output: u.submatrix(0, 0, responses, u.ncols()).to_owned(),
             gram: up.transpose() * up,
@@ -150,12 +150,12 @@ impl Observability {
         }
     }
 
-    /// The highest order.
+    /// Highest available order.
     pub fn highest(&self) -> usize {
         self.gram.nrows()
     }
 
-    /// Poles of order `n` above the real axis with their shapes; none where the order is beyond what the data carry.
+    /// Poles of order `n` with positive imaginary part, rad/s, and their shapes; empty above the highest available order.
     pub fn poles(&self, n: usize, rate_hz: f64) -> OrderPoles {
         let poles = match n <= self.highest() {
             true => self.eigenpairs(n, rate_hz).unwrap_or_default(),
@@ -188,7 +188,7 @@ impl Observability {
     }
 }
 
-/// The continuous pole of a discrete one, rad/s.
+/// Continuous-time pole `rate · ln λ` of a discrete-time eigenvalue, rad/s.
 fn to_continuous(value: Complex, rate_hz: f64) -> Complex {
     Complex::new(value.norm().ln(), value.im.atan2(value.re)) * rate_hz
 }
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// `R_τ = Σ_m φ_m g_mᵀ Re(λ_m^τ)` of two modes at three channels gives their poles and shapes, by both weightings.
+    /// Exact covariances of two modes at three channels, `R_τ = Σ_m φ_m g_mᵀ Re(λ_m^τ)`, give poles and shapes with both weightings.
     #[test]
     fn exact_from_exact_covariances() {
         let poles: [(f64, f64); 2] = [(6.0, 0.01), (17.0, 0.03)];
@@ -209,9 +209,9 @@ mod tests {
             let w = TAU * f;
             for lag in 0..=lags {
                 let t = lag as f64 / rate;
-                let wave = (-zeta * w * t).exp() * (w * f64::sqrt(1.0 - zeta * zeta) * t).cos();
+                let decay = (-zeta * w * t).exp() * (w * f64::sqrt(1.0 - zeta * zeta) * t).cos();
                 for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
-                    mean[(lag * 3 + r) * 3 + c] += shape(m, r) * shape(m, c) * wave;
+                    mean[(lag * 3 + r) * 3 + c] += shape(m, r) * shape(m, c) * decay;
                 }
             }
         }
@@ -224,8 +224,8 @@ mod tests {
             mean,
         };
         for weighting in [Weighting::Covariances, Weighting::Projection] {
-            let found = Subspaces::new(&covariances, weighting, 60).unwrap();
-            for subspace in found.without.iter().chain([&found.whole]) {
+            let subspaces = Subspaces::new(&covariances, weighting, 60).unwrap();
+            for subspace in subspaces.leave_one_out.iter().chain([&subspaces.full]) {
                 assert_eq!(subspace.highest(), 4);
                 let modes = subspace.poles(4, rate).poles;
                 for (m, (mode, (f, zeta))) in modes.iter().zip(poles).enumerate() {

@@ -1,25 +1,25 @@
-//! Reference channels: those that together explain most of the spectra of all responses, chosen one after the other.
+//! Reference channels for operational modal analysis, chosen by a pivoted Cholesky factorisation of the spectral matrices.
 //!
-//! With `G` the spectral matrix of a line, divided by its trace, the channel j with the largest `Σ_lines Σ_i |G_ij|²/G_jj` comes first;
-//! what it explains is taken off, `G − g_j g_jᴴ/G_jj` (a Cholesky factorisation with pivots common to all lines), and so on.
+//! With `G` the spectral matrix of a line, divided by its trace, the channel j with the largest `Σ_lines Σ_i |G_ij|²/G_jj` is chosen,
+//! and its contribution is subtracted, `G − g_j g_jᴴ/G_jj`; the pivots are common to all lines.
 
 use super::response_channels::ResponseChannels;
 use super::spectral_matrix::SpectralMatrix;
 use crate::base::error::Error;
 
-/// More references only add noise to the covariances and time to the decomposition.
+/// Maximum number of references; more add noise to the covariances and time to the decomposition.
 pub const MAX_REFERENCES: usize = 4;
 
-/// Share of the spectra that may stay unexplained.
+/// Share of the spectra below which the unexplained part ends the choice.
 const MAX_UNEXPLAINED_SHARE: f64 = 0.02;
 
-/// Samples of a segment: lines wide enough for dozens of averages, narrow enough that modes of a rung lie on different ones.
+/// Samples of a segment: short enough for dozens of averages, long enough to resolve the modes of a decimation level.
 const SEGMENT_LEN: usize = 512;
 
-/// Samples the choice is made by, from the first on: 512 averages.
+/// Number of leading samples used for the choice: 512 averages.
 const MAX_SAMPLES: usize = 1 << 17;
 
-/// Chooses references among the responses, by the lines between `band_hz`; all channels where these are few.
+/// Indices of the references among the responses, chosen by the lines in `band_hz`; all channels if there are at most `MAX_REFERENCES`.
 ///
 /// # Errors
 /// Those of the spectral matrices.
@@ -29,28 +29,28 @@ pub fn references(channels: &ResponseChannels, band_hz: (f64, f64)) -> Result<Ve
     if count <= MAX_REFERENCES || segment < 16 {
         return Ok((0..count).collect());
     }
-    let taken: Vec<&[f64]> = (channels.samples().iter())
+    let samples: Vec<&[f64]> = (channels.samples().iter())
         .map(|s| &s[..s.len().min(MAX_SAMPLES)])
         .collect();
     let spectra = SpectralMatrix::new(
-        &ResponseChannels::new(&taken, channels.rate_hz())?,
+        &ResponseChannels::new(&samples, channels.rate_hz())?,
         Some(segment),
     )?;
-    let inside = |k: &usize| {
+    let in_band = |k: &usize| {
         let f = *k as f64 * spectra.line_spacing_hz;
         f >= band_hz.0 && f <= band_hz.1
     };
     let trace = |k: usize| -> f64 { (0..count).map(|c| spectra.lines[k][(c, c)].re).sum() };
     let mut lines: Vec<_> = (0..spectra.lines.len())
-        .filter(inside)
+        .filter(in_band)
         .filter(|&k| trace(k) > 0.0)
         .map(|k| (1.0 / trace(k), spectra.lines[k].clone()))
         .collect();
     let total = lines.len() as f64;
-    let mut left = total;
+    let mut unexplained = total;
     let mut chosen: Vec<usize> = Vec::new();
-    while chosen.len() < MAX_REFERENCES && left > MAX_UNEXPLAINED_SHARE * total {
-        let explains = |j: usize| -> f64 {
+    while chosen.len() < MAX_REFERENCES && unexplained > MAX_UNEXPLAINED_SHARE * total {
+        let explained_share = |j: usize| -> f64 {
             (lines.iter())
                 .filter(|(_, g)| g[(j, j)].re > 0.0)
                 .map(|(scale, g)| {
@@ -61,13 +61,13 @@ pub fn references(channels: &ResponseChannels, band_hz: (f64, f64)) -> Result<Ve
         };
         let gains: Vec<(usize, f64)> = (0..count)
             .filter(|j| !chosen.contains(j))
-            .map(|j| (j, explains(j)))
+            .map(|j| (j, explained_share(j)))
             .collect();
         let Some(&(best, gain)) = gains.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             break;
         };
         chosen.push(best);
-        left -= gain;
+        unexplained -= gain;
         for (_, g) in &mut lines {
             let pivot = g[(best, best)].re;
             if pivot <= 0.0 {
@@ -77,7 +77,7 @@ pub fn references(channels: &ResponseChannels, band_hz: (f64, f64)) -> Result<Ve
             for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
                 g[(i, j)] -= column[i] * column[j].conj() / pivot;
             }
-            // What rounding leaves of a channel that is explained must not become a pivot.
+            // The rounding error left in an eliminated channel must not become a pivot.
             (0..count).for_each(|i| g[(i, best)] = crate::numeric::Complex::ZERO);
         }
     }

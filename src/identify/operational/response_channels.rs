@@ -63,10 +63,10 @@ pub(super) fn check_references(references: &[usize], channels: usize) -> Result<
         wrong => Err(Error::new(
             Code::NoChannel,
             match wrong {
-                Some(r) => format!("reference {r} of {channels} channels, counted from 0"),
+                Some(r) => format!("reference {r} exceeds the {channels} channels, counted from 0"),
                 None => String::from("no reference channel"),
             },
         )
-        .with_hint("name references among the channels, or leave them to be all")),
+        .with_hint("name references among the channels, or omit them to use all")),
     }
 }

@@ -1,93 +1,93 @@
 //! Peaks of an averaged spectral density that are significant against noise, by prominence.
 //!
-//! A density of n averages is distributed as χ² of 2n degrees of freedom; its mean over neighbouring lines has as many times
-//! the degrees of freedom as these are independent. Of N places the highest is above all but one in N, and the lowest below.
+//! A density of n averages is distributed as χ² of 2n degrees of freedom; the mean over m
+//! independent lines has 2nm. The highest and lowest of N independent means are estimated by the quantiles 1 − 1/N and 1/N.
 
 use std::ops::Range;
 
 use crate::numeric::statistics::chi_squared_quantile;
 
-/// Probability that a flat density shows a peak, by width.
+/// Probability of a false peak in a flat density, for each smoothing width.
 const FALSE_ALARM: f64 = 0.01;
 
-/// Least prominence: a peak exceeds its neighbourhood by half of its own power.
+/// Least prominence (a ratio of densities) of a peak.
 const MIN_PROMINENCE: f64 = 2.0;
 
-/// Lines that hold as much noise as one independent line: Hann's window has a bandwidth of one and a half lines, and lines are padded to
-/// half their distance.
+/// Number of lines equivalent to one independent line: the noise bandwidth of the Hann window is 1.5 lines, and zero padding halves the
+/// line spacing.
 const LINES_PER_INDEPENDENT: f64 = 3.0;
 
-/// Means over more than this share of the lines are no neighbourhood.
+/// Largest smoothing width, as a share of the lines.
 const MAX_WIDTH_SHARE: f64 = 1.0 / 16.0;
 
-/// Line and prominence of a peak.
+/// Significant peak of a spectral density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProminentPeak {
-    /// The highest line of it.
+    /// Index of the line of largest density.
     pub line: usize,
-    /// Density over that of the higher adjacent valley, both means over the width of the peak.
+    /// Ratio of the density to that of the higher adjacent valley, both averaged over the width of the peak.
     pub prominence: f64,
 }
 
-/// Peaks among the lines `inside`, rising, of a density with `freedoms` of χ² on each line. The narrowest width in which a peak stands
-/// out counts.
-pub fn significant_peaks(density: &[f64], inside: Range<usize>, dofs: f64) -> Vec<ProminentPeak> {
+/// Peaks of a spectral density among the lines `band`, by increasing line; each line is distributed as χ² of `dofs` degrees of freedom.
+/// The narrowest smoothing width in which a peak is significant determines its prominence.
+pub fn significant_peaks(density: &[f64], band: Range<usize>, dofs: f64) -> Vec<ProminentPeak> {
     let mut result: Vec<ProminentPeak> = Vec::new();
-    let mut half = 0;
+    let mut half_width = 0;
     loop {
-        let width = 2 * half + 1;
-        if half > 0 && width as f64 > MAX_WIDTH_SHARE * inside.len() as f64 {
+        let width = 2 * half_width + 1;
+        if half_width > 0 && width as f64 > MAX_WIDTH_SHARE * band.len() as f64 {
             break;
         }
-        let mean = moving_means(density, half);
-        let needed = required_ratio(inside.len(), width, dofs);
-        let mut new = Vec::new();
-        for k in inside.clone().filter(|&k| k > 0 && k + 1 < mean.len()) {
-            if !(mean[k] > mean[k - 1] && mean[k] >= mean[k + 1]) {
+        let means = moving_means(density, half_width);
+        let min_ratio = required_ratio(band.len(), width, dofs);
+        let mut new_peaks = Vec::new();
+        for k in band.clone().filter(|&k| k > 0 && k + 1 < means.len()) {
+            if !(means[k] > means[k - 1] && means[k] >= means[k + 1]) {
                 continue;
             }
-            let prominence = prominence(&mean, k);
-            if prominence < needed
+            let prominence = prominence(&means, k);
+            if prominence < min_ratio
                 || result
                     .iter()
-                    .any(|f| is_same_peak(&mean, k, f.line, needed))
+                    .any(|f| is_same_peak(&means, k, f.line, min_ratio))
             {
                 continue;
             }
-            let line = highest(
+            let line = highest_line(
                 density,
-                k.saturating_sub(half)..(k + half + 1).min(density.len()),
+                k.saturating_sub(half_width)..(k + half_width + 1).min(density.len()),
             );
-            // The summit of a slope's end lies on the slope.
-            if line > 0 && line + 1 < density.len() && inside.contains(&line) {
-                new.push(ProminentPeak { line, prominence });
+            // A maximum at the end of the density is the end of a slope, not a peak.
+            if line > 0 && line + 1 < density.len() && band.contains(&line) {
+                new_peaks.push(ProminentPeak { line, prominence });
             }
         }
-        result.extend(new);
-        half = (2 * half).max(1);
+        result.extend(new_peaks);
+        half_width = (2 * half_width).max(1);
     }
     result.sort_by_key(|f| f.line);
     result.dedup_by_key(|f| f.line);
     result
 }
 
-/// Whether no valley that noise does not make lies between a peak and another.
-fn is_same_peak(mean: &[f64], peak: usize, other: usize, needed: f64) -> bool {
-    let between = &mean[peak.min(other)..=peak.max(other)];
-    between.iter().all(|x| *x * needed > mean[peak])
+/// Returns `true` if no significant valley separates two peaks.
+fn is_same_peak(mean: &[f64], peak: usize, other: usize, min_ratio: f64) -> bool {
+    let segment = &mean[peak.min(other)..=peak.max(other)];
+    segment.iter().all(|x| *x * min_ratio > mean[peak])
 }
 
-/// The highest over the lowest of `lines` means over `width` lines of an even density.
+/// Ratio of the highest to the lowest of `lines` moving means over `width` lines that noise of a flat density explains.
 fn required_ratio(lines: usize, width: usize, dofs: f64) -> f64 {
-    let independent = (width as f64 / LINES_PER_INDEPENDENT).max(1.0);
-    let places = (lines as f64 / LINES_PER_INDEPENDENT / independent).max(1.0);
-    let (chance, dofs) = (FALSE_ALARM / places, dofs * independent);
-    let ratio = chi_squared_quantile(1.0 - chance, dofs) / chi_squared_quantile(chance, dofs);
+    let independent_lines = (width as f64 / LINES_PER_INDEPENDENT).max(1.0);
+    let n_independent = (lines as f64 / LINES_PER_INDEPENDENT / independent_lines).max(1.0);
+    let (p, dofs) = (FALSE_ALARM / n_independent, dofs * independent_lines);
+    let ratio = chi_squared_quantile(1.0 - p, dofs) / chi_squared_quantile(p, dofs);
     ratio.max(MIN_PROMINENCE)
 }
 
-/// Running means over `2 half + 1` lines, fewer at the ends.
-fn moving_means(density: &[f64], half: usize) -> Vec<f64> {
+/// Moving means over `2 h + 1` lines, fewer at the ends.
+fn moving_means(density: &[f64], h: usize) -> Vec<f64> {
     let mut sums = Vec::with_capacity(density.len() + 1);
     let mut sum = 0.0;
     sums.push(sum);
@@ -95,17 +95,17 @@ fn moving_means(density: &[f64], half: usize) -> Vec<f64> {
         sum += x;
         sums.push(sum);
     }
-    let one = |k: usize| {
-        let (from, to) = (k.saturating_sub(half), (k + half + 1).min(density.len()));
+    let mean = |k: usize| {
+        let (from, to) = (k.saturating_sub(h), (k + h + 1).min(density.len()));
         (sums[to] - sums[from]) / (to - from) as f64
     };
-    match half {
+    match h {
         0 => density.to_vec(),
-        _ => (0..density.len()).map(one).collect(),
+        _ => (0..density.len()).map(mean).collect(),
     }
 }
 
-/// The peak over the higher of its valleys, each the lowest line on the way to a higher peak.
+/// Ratio of a peak to the higher of its two valleys, each the minimum between the peak and the next higher line.
 fn prominence(density: &[f64], line: usize) -> f64 {
     let valley = |lines: &mut dyn Iterator<Item = usize>| {
         let mut lowest = density[line];
@@ -122,7 +122,7 @@ fn prominence(density: &[f64], line: usize) -> f64 {
     density[line] / left.max(right)
 }
 
-fn highest(density: &[f64], lines: Range<usize>) -> usize {
+fn highest_line(density: &[f64], lines: Range<usize>) -> usize {
     let first = lines.start;
     lines.fold(
         first,
@@ -136,30 +136,30 @@ mod tests {
 
     const AVERAGES: usize = 20;
 
-    /// An even density of so many averages, with some resonances: place, half width, height.
+    /// Density of `AVERAGES` averages: flat noise with resonances given by line, half-width (lines) and height.
     fn density(seed: u64, peaks: &[(f64, f64, f64)]) -> Vec<f64> {
         let mut random = fastrand::Rng::with_seed(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let line = |k: usize| {
-            let own: f64 = (0..AVERAGES).map(|_| -random.f64().max(1e-300).ln()).sum();
-            let height = |&(at, half, height): &(f64, f64, f64)| {
-                height / (1.0 + ((k as f64 - at) / half).powi(2))
+            let noise: f64 = (0..AVERAGES).map(|_| -random.f64().max(1e-300).ln()).sum();
+            let height = |&(peak_line, half_width, height): &(f64, f64, f64)| {
+                height / (1.0 + ((k as f64 - peak_line) / half_width).powi(2))
             };
-            own / AVERAGES as f64 * (1.0 + peaks.iter().map(height).sum::<f64>())
+            noise / AVERAGES as f64 * (1.0 + peaks.iter().map(height).sum::<f64>())
         };
         (0..3000).map(line).collect()
     }
 
-    /// Noise has a peak as seldom as promised.
+    /// The rate of false peaks in noise does not exceed `FALSE_ALARM`.
     #[test]
     fn law_noise_has_no_peaks() {
-        let with = |&seed: &u64| {
+        let has_peaks = |&seed: &u64| {
             !significant_peaks(&density(seed, &[]), 4..2990, 2.0 * AVERAGES as f64).is_empty()
         };
-        let count = (0..40).filter(with).count();
+        let count = (0..40).filter(has_peaks).count();
         assert!(count <= 2, "{count} of 40");
     }
 
-    /// Narrow, wide and low resonances, each found once and where they are.
+    /// Narrow, wide and low resonances are each detected once, at their own line.
     #[test]
     fn law_resonances_of_every_width() {
         let peaks = [

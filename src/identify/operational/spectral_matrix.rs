@@ -52,7 +52,7 @@ impl SpectralMatrix {
         if n < segment + hop {
             return Err(Error::new(
                 Code::TooShort,
-                format!("{n} samples for segments of {segment}"),
+                format!("{n} samples are too few for segments of {segment}"),
             )
             .with_hint(format!(
                 "take at least {} samples, or shorter segments",

@@ -1,16 +1,16 @@
 //! Stochastic subspace identification (SSI): covariance-driven and data-driven.
 //!
-//! On each rung: covariances of all responses with a few references, the observable subspace of their Hankel matrix, poles of rising
-//! orders, clusters of those that come back, the estimate of each cluster with its uncertainty, and the test whether that is small
-//! enough for a mode. Rungs overlap; of two estimates of one mode the more certain counts.
+//! Each decimation level computes the covariances of all responses with a few references, the observable subspace of their Hankel
+//! matrix, the poles of increasing model orders, clusters of recurring poles, and an estimate with its uncertainty for each cluster. A
+//! cluster is a mode if its uncertainty is small enough. Levels overlap; of two estimates of a mode the more certain is used.
 
 use super::covariances::Covariances;
 use super::decimation_levels::{DecimationLevel, decimation_levels};
 use super::harmonics::{
-    BandSpectra, HarmonicIndicator, KURTOSIS_HALF_BANDWIDTHS, LINES, RunningSpeed,
+    BAND_LINES, BandSpectra, HarmonicIndicator, KURTOSIS_HALF_BANDWIDTHS, RunningSpeed,
 };
 use super::jackknife::{JackknifePoles, PoleEstimate, half_band_hz};
-use super::merge_levels::{OperationalMode, UnresolvedPair, is_shadow, is_twin, merge_levels};
+use super::merge_levels::{OperationalMode, UnresolvedPair, is_indistinct, is_same, merge_levels};
 use super::realisation::{Subspaces, Weighting};
 use super::references::references;
 use super::response_channels::ResponseChannels;
@@ -21,25 +21,25 @@ use crate::identify::modal::candidates::{OrderPoles, normalize_to_largest};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::mac::mac;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::spectrum::decimate::{DecimationOptions, decimate};
 
-/// Highest order: 30 modes on a rung.
+/// Highest model order: 30 modes on a decimation level.
 pub const MAX_ORDER: usize = 60;
 
-/// Lowest order.
+/// Lowest model order.
 const MIN_ORDER: usize = 4;
 
-/// Poles are clustered a little beyond the ends of a rung, so that no cluster is cut there.
+/// Relative margin of the frequency range of clustering beyond a level, so that no cluster is truncated at the band limits.
 const BAND_MARGIN: f64 = 0.05;
 
-/// Modes on a rung above which its orders may not suffice for more.
+/// Number of modes on a level from which the highest order may be too low for all modes.
 const MANY_MODES: usize = 24;
 
 /// Options of stochastic subspace identification.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SsiOptions {
-    /// Modes are sought from here to there, Hz; `None`: wherever the record shows any.
+    /// Lower and upper limit of the analysis band, Hz; `None`: the whole band of the record.
     pub band_hz: Option<(f64, f64)>,
     /// Right multiplier of the Hankel matrix.
     pub weighting: Weighting,
@@ -47,73 +47,73 @@ pub struct SsiOptions {
     pub running: Option<RunningSpeed>,
 }
 
-/// A cluster of poles that is no mode, and why.
+/// Rejected cluster of poles with the reason of rejection.
 #[derive(Debug, Clone)]
 pub struct RejectedCluster {
     /// Pole, rad/s.
     pub pole: Complex,
-    /// Why it is no mode.
+    /// Reason of the rejection.
     pub reason: &'static str,
 }
 
-/// Modes and how they were found.
+/// Modes identified by SSI with the rejected clusters, the poles of all orders and the diagnostics.
 #[derive(Debug, Clone)]
 pub struct SsiEstimate {
-    /// By rising frequency.
+    /// Modes sorted by frequency.
     pub modes: Vec<OperationalMode>,
-    /// Stable poles that are no modes, by rising frequency.
+    /// Stable poles rejected as modes, sorted by frequency.
     pub rejected: Vec<RejectedCluster>,
-    /// Rungs by falling rate.
+    /// Decimation levels in order of decreasing sample rate.
     pub levels: Vec<DecimationLevel>,
-    /// Poles of all orders by rung.
+    /// Poles of all orders for each decimation level.
     pub orders: Vec<Vec<OrderPoles>>,
-    /// Pairs that are two modes at one decimation level and one mode at another.
+    /// Pairs resolved as two modes at one decimation level and as one mode at another.
     pub pairs: Vec<UnresolvedPair>,
-    /// Limits of the estimate.
+    /// Warnings about limits of the estimate.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl SsiEstimate {
-    /// From the lowest to the highest frequency at which modes were sought, Hz.
+    /// Lowest and highest frequency of the analysis over all levels, Hz.
     pub fn reach_hz(&self) -> (f64, f64) {
         let bands = self.levels.iter().map(|r| r.band_hz);
         bands.fold((f64::INFINITY, 0.0), |a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 }
 
-/// Identifies modes.
+/// Identifies modes of response records on all decimation levels.
 ///
 /// # Errors
-/// `TooShort`, `OutOfRange` of the ladder; those of the decompositions.
+/// `TooShort`, `OutOfRange` of [`decimation_levels`]; errors of the matrix decompositions.
 pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<SsiEstimate, Error> {
     let (levels, mut diagnostics) =
         decimation_levels(channels.rate_hz(), channels.n_samples(), options.band_hz)?;
-    let mut own: Vec<Vec<f64>> = Vec::new();
+    let mut y: Vec<Vec<f64>> = Vec::new();
     let mut factor = 1;
-    let mut found: Vec<Vec<OperationalMode>> = Vec::new();
+    let mut modes_by_level: Vec<Vec<OperationalMode>> = Vec::new();
     let (mut rejected, mut orders) = (Vec::new(), Vec::new());
     for level in &levels {
         if level.factor > factor {
-            let by = level.factor / factor;
-            let halved = |s: &[f64]| decimate(s, by, DecimationOptions::default());
-            own = match own.is_empty() {
-                true => channels.samples().iter().map(|s| halved(s)).collect(),
-                false => own.iter().map(|s| halved(s)).collect::<Result<_, Error>>(),
+            let ratio = level.factor / factor;
+            let resample = |s: &[f64]| decimate(s, ratio, DecimationOptions::default());
+            y = match y.is_empty() {
+                true => channels.samples().iter().map(|s| resample(s)).collect(),
+                false => y.iter().map(|s| resample(s)).collect::<Result<_, Error>>(),
             }?;
             factor = level.factor;
         }
-        let views: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();
-        let at_rate = match factor {
+        let views: Vec<&[f64]> = y.iter().map(Vec::as_slice).collect();
+        let level_channels = match factor {
             1 => *channels,
             _ => ResponseChannels::new(&views, level.rate_hz)?,
         };
-        let step = modes_of_level(&at_rate, level, options)?;
-        if step.modes.len() >= MANY_MODES {
+        let estimate = modes_of_level(&level_channels, level, options)?;
+        if estimate.modes.len() >= MANY_MODES {
             diagnostics.push(Diagnostic {
                 code: "many-modes",
                 message: format!(
-                    "{} modes from {:.4} to {:.4} Hz, of {} that the order {MAX_ORDER} allows: others may be missing",
-                    step.modes.len(),
+                    "{} modes from {:.4} to {:.4} Hz (maximum {} at order {MAX_ORDER}): others may be missing",
+                    estimate.modes.len(),
                     level.band_hz.0,
                     level.band_hz.1,
                     MAX_ORDER / 2
@@ -121,17 +121,17 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
                 hint: Some("compare with the peaks of --method fdd".to_string()),
             });
         }
-        found.push(step.modes);
-        rejected.extend(step.rejected);
-        orders.push(step.orders);
+        modes_by_level.push(estimate.modes);
+        rejected.extend(estimate.rejected);
+        orders.push(estimate.orders);
     }
-    let (modes, pairs) = merge_levels(found);
-    // What one rung rejects and another confirms is a mode.
-    let is_known = |r: &RejectedCluster| {
-        let near = |m: &OperationalMode| (m.mode.pole - r.pole).norm() < 2.0 * m.mode.pole.re.abs();
-        modes.iter().any(near)
+    let (modes, pairs) = merge_levels(modes_by_level);
+    // A cluster rejected on one level and confirmed on another is a mode.
+    let is_confirmed = |r: &RejectedCluster| {
+        let shift = |m: &OperationalMode| (m.mode.pole - r.pole).norm();
+        modes.iter().any(|m| shift(m) < 2.0 * m.mode.pole.re.abs())
     };
-    rejected.retain(|r| !is_known(r));
+    rejected.retain(|r| !is_confirmed(r));
     rejected.sort_by(|a: &RejectedCluster, b| a.pole.norm().total_cmp(&b.pole.norm()));
     Ok(SsiEstimate {
         modes,
@@ -143,7 +143,7 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
     })
 }
 
-struct StageTime {
+struct LevelEstimate {
     modes: Vec<OperationalMode>,
     rejected: Vec<RejectedCluster>,
     orders: Vec<OrderPoles>,
@@ -153,31 +153,31 @@ fn modes_of_level(
     channels: &ResponseChannels,
     level: &DecimationLevel,
     options: &SsiOptions,
-) -> Result<StageTime, Error> {
-    let scale = channel_stds(channels);
+) -> Result<LevelEstimate, Error> {
+    let stds = channel_stds(channels);
     let references = references(channels, level.band_hz)?;
     let covariances = Covariances::new(
         channels,
-        &scale,
+        &stds,
         &references,
         2 * level.block_rows,
         level.parts,
     )?;
     let subspaces = Subspaces::new(&covariances, options.weighting, MAX_ORDER)?;
-    let highest = subspaces.whole.highest();
+    let highest = subspaces.full.highest();
     let orders: Vec<OrderPoles> = (MIN_ORDER.min(highest / 2 * 2)..=highest)
         .step_by(2)
         .filter(|n| *n > 0)
-        .map(|n| subspaces.whole.poles(n, level.rate_hz))
+        .map(|n| subspaces.full.poles(n, level.rate_hz))
         .collect();
     let (low, high) = level.band_hz;
-    let wider = (low * (1.0 - BAND_MARGIN), high * (1.0 + BAND_MARGIN));
+    let extended_band = (low * (1.0 - BAND_MARGIN), high * (1.0 + BAND_MARGIN));
     let mut replicates = JackknifePoles::new(&subspaces, level.rate_hz, highest);
     let mut estimates: Vec<(PoleEstimate, f64)> = Vec::new();
     let mut rejected = Vec::new();
-    let inside = |f: f64| f >= low && f <= high;
-    for cluster in clusters(&orders, wider) {
-        if !inside(cluster.frequency()) {
+    let is_in_band = |f: f64| f >= low && f <= high;
+    for cluster in clusters(&orders, extended_band) {
+        if !is_in_band(cluster.frequency()) {
             continue;
         }
         let Some(estimate) = replicates.estimate(&cluster) else {
@@ -189,24 +189,24 @@ fn modes_of_level(
         };
         estimates.push((estimate, scatter_hz(&cluster)));
     }
-    let all: Vec<ModalParameters> = estimates.iter().map(|e| e.0.mode.clone()).collect();
+    let candidates: Vec<ModalParameters> = estimates.iter().map(|e| e.0.mode.clone()).collect();
     let mut accepted = Vec::new();
-    for one in estimates {
-        match refusal(&one.0, &all) {
+    for candidate in estimates {
+        match rejection_reason(&candidate.0, &candidates) {
             Some(reason) => rejected.push(RejectedCluster {
-                pole: one.0.mode.pole,
+                pole: candidate.0.mode.pole,
                 reason,
             }),
-            None => accepted.push(one),
+            None => accepted.push(candidate),
         }
     }
     let mut bands: Vec<Option<BandSpectra>> = vec![None; channels.samples().len()];
-    let modes = without_twins(accepted)
+    let modes = remove_duplicates(accepted)
         .into_iter()
         .map(|(estimate, scatter_hz)| {
             let harmonic = harmonic(&estimate.mode, channels, &mut bands, options);
             let mut mode = estimate.mode;
-            (mode.shape.iter_mut().zip(&scale)).for_each(|(x, s)| *x *= *s);
+            (mode.shape.iter_mut().zip(&stds)).for_each(|(x, s)| *x *= *s);
             mode.shape = normalize_to_largest(mode.shape);
             OperationalMode {
                 mode,
@@ -217,36 +217,36 @@ fn modes_of_level(
             }
         })
         .collect();
-    Ok(StageTime {
+    Ok(LevelEstimate {
         modes,
         rejected,
         orders,
     })
 }
 
-/// Standard deviations of the responses, by which they are divided: each counts alike, whatever its unit.
+/// Standard deviations of the responses (1 for a constant one), the scales that give all responses equal weight regardless of unit.
 fn channel_stds(channels: &ResponseChannels) -> Vec<f64> {
-    let of = |samples: &&[f64]| {
+    let std = |samples: &&[f64]| {
         let n = samples.len() as f64;
         let mean = samples.iter().sum::<f64>() / n;
         let power = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
         if power > 0.0 { power.sqrt() } else { 1.0 }
     };
-    channels.samples().iter().map(of).collect()
+    channels.samples().iter().map(std).collect()
 }
 
-/// Why an estimate is no mode: noise makes clusters too, whose poles move as far as the next one when a part of the record is left out.
-fn refusal(estimate: &PoleEstimate, others: &[ModalParameters]) -> Option<&'static str> {
-    /// Relative deviation of the frequency that clusters of noise hardly reach, and no more than the half-power half-bandwidth, …
+/// Reason to reject an estimate as a mode: noise also forms clusters, but their poles shift strongly when a part of the record is omitted.
+fn rejection_reason(estimate: &PoleEstimate, others: &[ModalParameters]) -> Option<&'static str> {
+    /// Accepted relative standard deviation of the frequency, rarely met by noise clusters, and at most the half-power half-bandwidth; …
     const CERTAIN_STD: f64 = 0.0025;
-    /// … or this many half-power half-bandwidths, …
+    /// … or the standard deviation over the parts in half-power half-bandwidths; …
     const RESOLVED: f64 = 0.4;
-    /// … or this relative deviation over the parts with a collinear shape over three channels or more in most of the orders.
+    /// … or (relative standard deviation over the parts, phase collinearity, share of orders) for a shape of three channels or more.
     const CERTAIN_STD_WITH_SHAPE: (f64, f64, f64) = (0.006, 0.95, 0.8);
     const MAX_STD: f64 = 0.02; // of the frequency
-    /// Above this deviation a pole must appear in so many of the orders.
+    /// (Relative standard deviation of the frequency, minimum share of the orders above it.)
     const UNCERTAIN_STD: (f64, f64) = (0.005, 0.5);
-    const MIN_DAMPING_STD: f64 = 0.003; // a deviation below it is no reason
+    const MIN_DAMPING_STD: f64 = 0.003; // smaller deviations cause no rejection
     const COLLINEAR: f64 = 0.5;
     const MAX_DAMPING: f64 = 0.15;
     let mode = &estimate.mode;
@@ -259,12 +259,12 @@ fn refusal(estimate: &PoleEstimate, others: &[ModalParameters]) -> Option<&'stat
         && estimate.presence >= CERTAIN_STD_WITH_SHAPE.2
         && collinearity > CERTAIN_STD_WITH_SHAPE.1
         && parts < CERTAIN_STD_WITH_SHAPE.0
-        && !others.iter().any(|m| is_echo(mode, m));
+        && !others.iter().any(|m| is_noise_pole(mode, m));
     match () {
         () if !(total < CERTAIN_STD.min(zeta) || parts < RESOLVED * zeta || has_shape) => {
             Some("its frequency moves by its bandwidth when a part of the record is left out")
         }
-        () if total >= MAX_STD => Some("its frequency is not known to 2 %"),
+        () if total >= MAX_STD => Some("standard deviation of its frequency above 2 %"),
         () if total > UNCERTAIN_STD.0 && estimate.presence < UNCERTAIN_STD.1 => {
             Some("few orders show it, and its frequency is uncertain")
         }
@@ -272,42 +272,42 @@ fn refusal(estimate: &PoleEstimate, others: &[ModalParameters]) -> Option<&'stat
             Some("its damping is not known to its own size")
         }
         () if collinearity <= COLLINEAR => Some("its channels move out of phase with each other"),
-        () if zeta >= MAX_DAMPING => Some("damped as noise is"),
+        () if zeta >= MAX_DAMPING => Some("damping as high as that of noise poles"),
         () => None,
     }
 }
 
-/// Whether a pole has the shape of a surer one near it, as poles of noise about a strong mode have.
-fn is_echo(mode: &ModalParameters, other: &ModalParameters) -> bool {
+/// True if a pole has the shape of a more certain pole close to it: typical of noise poles around a strong mode.
+fn is_noise_pole(mode: &ModalParameters, other: &ModalParameters) -> bool {
     const NEIGHBOUR_DISTANCE: f64 = 0.1; // of the frequency
     const SAME_SHAPE: f64 = 0.8;
     let std = |m: &ModalParameters| m.frequency_std_hz().unwrap_or(f64::INFINITY);
-    let off = (mode.frequency_hz() - other.frequency_hz()).abs();
+    let distance = (mode.frequency_hz() - other.frequency_hz()).abs();
     std(other) < std(mode)
-        && off < NEIGHBOUR_DISTANCE * other.frequency_hz()
+        && distance < NEIGHBOUR_DISTANCE * other.frequency_hz()
         && mac(&mode.shape, &other.shape) > SAME_SHAPE
 }
 
 fn scatter_hz(cluster: &PoleCluster) -> f64 {
-    let all = cluster.members.iter().map(|m| m.1.pole.norm());
+    let magnitudes = cluster.members.iter().map(|m| m.1.pole.norm());
     let n = cluster.members.len() as f64;
-    let mean = all.clone().sum::<f64>() / n;
-    let square = all.map(|x| (x - mean).powi(2)).sum::<f64>();
-    (square / (n - 1.0).max(1.0)).sqrt() / std::f64::consts::TAU
+    let mean = magnitudes.clone().sum::<f64>() / n;
+    let sum_of_squares = magnitudes.map(|x| (x - mean).powi(2)).sum::<f64>();
+    (sum_of_squares / (n - 1.0).max(1.0)).sqrt() / std::f64::consts::TAU
 }
 
-/// Keeps the one of two estimates of one mode that more orders share, and none too uncertain to be separated from a certain one.
-fn without_twins(mut all: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> {
-    let modes: Vec<ModalParameters> = all.iter().map(|e| e.0.mode.clone()).collect();
-    all.retain(|e| !modes.iter().any(|m| is_shadow(&e.0.mode, m)));
-    sort_falling(&mut all, |a| a.0.presence);
-    let mut kept: Vec<(PoleEstimate, f64)> = Vec::new();
-    for one in all {
-        if !kept.iter().any(|k| is_twin(&k.0.mode, &one.0.mode)) {
-            kept.push(one);
+/// Removes duplicate estimates, keeping the one present in more orders, and estimates too uncertain to be separated from a certain one.
+fn remove_duplicates(mut estimates: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> {
+    let modes: Vec<ModalParameters> = estimates.iter().map(|e| e.0.mode.clone()).collect();
+    estimates.retain(|e| !modes.iter().any(|m| is_indistinct(&e.0.mode, m)));
+    sort_descending(&mut estimates, |a| a.0.presence);
+    let mut unique: Vec<(PoleEstimate, f64)> = Vec::new();
+    for estimate in estimates {
+        if !unique.iter().any(|u| is_same(&u.0.mode, &estimate.0.mode)) {
+            unique.push(estimate);
         }
     }
-    kept
+    unique
 }
 
 /// Harmonic indicator of a mode in its strongest channel.
@@ -326,7 +326,7 @@ fn harmonic(
         .unwrap_or(0);
     let samples = channels.samples()[strongest];
     let spacing = channels.rate_hz() / samples.len() as f64;
-    let half_band = (KURTOSIS_HALF_BANDWIDTHS * half_band_hz(mode)).max(LINES * spacing);
+    let half_band = (KURTOSIS_HALF_BANDWIDTHS * half_band_hz(mode)).max(BAND_LINES * spacing);
     bands[strongest]
         .get_or_insert_with(|| BandSpectra::from_signals(&[samples], channels.rate_hz()))
         .examine_band(

@@ -2,26 +2,26 @@
 
 use crate::numeric::{Complex, Matrix};
 
-/// A pole pair `∓σ ± jw`, in units of the highest line's angular frequency.
+/// Pole pair `∓σ ± jw`, in units of the angular frequency of the highest line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ScaledPole {
     /// Imaginary part, positive.
     pub w: f64,
-    /// Size of the real part, positive.
+    /// Magnitude of the real part, positive.
     pub sigma: f64,
-    /// The real part is negative.
+    /// `true` if the real part is negative or zero.
     pub stable: bool,
 }
 
-/// A start needs a width; in units of the highest line.
+/// Least magnitude of the real part of an initial estimate, in units of the highest line.
 const MIN_REAL_PART: f64 = 1e-9;
 
 impl ScaledPole {
-    /// From rad/s, `top` being the angular frequency of the highest line.
-    pub fn new(pole: Complex, top: f64) -> ScaledPole {
+    /// Scales a pole (rad/s) by the angular frequency of the highest line, `highest_omega` (rad/s).
+    pub fn new(pole: Complex, highest_omega: f64) -> ScaledPole {
         ScaledPole {
-            w: pole.im / top,
-            sigma: (pole.re.abs() / top).max(MIN_REAL_PART),
+            w: pole.im / highest_omega,
+            sigma: (pole.re.abs() / highest_omega).max(MIN_REAL_PART),
             stable: pole.re <= 0.0,
         }
     }
@@ -32,17 +32,17 @@ impl ScaledPole {
         Complex::new(sigma, self.w)
     }
 
-    /// Share of the Lorentzian of `other` that this one holds, `|⟨φ, φ′⟩|²` of unit functions on an infinite axis.
+    /// Overlap `|⟨φ, φ′⟩|²` of the normalised Lorentzians of two poles on an infinite frequency axis, 0 to 1.
     pub fn overlap(&self, other: &ScaledPole) -> f64 {
-        let (apart, wide) = (self.w - other.w, self.sigma + other.sigma);
-        4.0 * self.sigma * other.sigma / (apart * apart + wide * wide)
+        let (distance, width) = (self.w - other.w, self.sigma + other.sigma);
+        4.0 * self.sigma * other.sigma / (distance * distance + width * width)
     }
 }
 
-/// Which terms a fit has.
+/// Terms of a rational fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModelTerms {
-    /// Residues are free complex numbers; else they are those of real modal constants.
+    /// Residues are complex; else they are those of real modal constants.
     pub complex: bool,
     /// A term `1/s²` per response, for modes below the band.
     pub lower: bool,
@@ -58,65 +58,65 @@ impl ModelTerms {
         upper: true,
     };
 
-    /// Real numbers per response and pole pair.
+    /// Number of real coefficients per response and pole pair.
     pub fn numerators(&self) -> usize {
         1 + usize::from(self.complex)
     }
 
-    /// Real numbers per response.
+    /// Number of real coefficients per response.
     pub fn columns(&self, poles: usize) -> usize {
         poles * self.numerators() + usize::from(self.lower) + usize::from(self.upper)
     }
 }
 
-/// Whitened lines and data: rows hold real parts, then imaginary parts, each with unit variance.
+/// Whitened least-squares problem: rows hold the real parts of the lines, then the imaginary parts, each with unit variance.
 #[derive(Debug, Clone)]
 pub(super) struct WhitenedProblem {
-    /// Frequency over the highest line's.
+    /// Frequency of each line relative to the highest.
     pub x: Vec<f64>,
-    /// Factor of every basis function by line: the power of s of the kind of response, and the weight.
+    /// Factor of the basis functions by line: the weight times the power of s of the response kind.
     pub factor: Vec<Complex>,
-    /// Columns without poles.
+    /// Columns of the residual terms, which do not depend on the poles.
     pub pole_free_columns: Matrix,
-    /// Data by response.
+    /// Whitened data, one column per response.
     pub y: Matrix,
-    /// Place of the first column of `y` among the responses of the fit.
+    /// Index of the first column of `y` among the responses of the fit.
     pub first: usize,
-    /// Median spacing of the measured lines, of which these may be fewer.
+    /// Median spacing of the measured lines, relative to the highest; the problem may use fewer lines.
     pub line_spacing: f64,
-    /// `Σ y²` of the measured lines beyond that of these.
+    /// `Σ y²` of the measured lines that the problem omits.
     pub omitted_energy: f64,
 }
 
 impl WhitenedProblem {
-    /// Lines.
+    /// Number of lines.
     pub fn lines(&self) -> usize {
         self.x.len()
     }
 
-    /// The columns without poles of a structure.
+    /// Columns of the residual terms at relative frequencies `x`, with the factor of each line.
     pub fn residual_terms(x: &[f64], factor: &[Complex], structure: ModelTerms) -> Matrix {
         let n = x.len();
         let lower = |k: usize| -factor[k] / (x[k] * x[k]);
         let upper = |k: usize| factor[k];
         let terms: [(bool, &dyn Fn(usize) -> Complex); 2] =
             [(structure.lower, &lower), (structure.upper, &upper)];
-        let used: Vec<_> = terms.iter().filter(|t| t.0).collect();
-        let mut fixed = Matrix::zeros(2 * n, used.len());
-        for (j, (_, term)) in used.iter().enumerate() {
-            let column = fixed.col_as_slice_mut(j);
+        let included: Vec<_> = terms.iter().filter(|t| t.0).collect();
+        let mut columns = Matrix::zeros(2 * n, included.len());
+        for (j, (_, term)) in included.iter().enumerate() {
+            let column = columns.col_as_slice_mut(j);
             for k in 0..n {
                 set_complex(column, k, n, term(k));
             }
         }
-        fixed
+        columns
     }
 
-    /// Unscaled basis: numerators of every pole, then the fixed columns.
+    /// Unscaled basis: the numerators of every pole, then the residual terms.
     pub fn basis(&self, poles: &[ScaledPole], numerators: usize) -> Matrix {
         let n = self.lines();
-        let of_poles = poles.len() * numerators;
-        let mut basis = Matrix::zeros(2 * n, of_poles + self.pole_free_columns.ncols());
+        let n_pole_columns = poles.len() * numerators;
+        let mut basis = Matrix::zeros(2 * n, n_pole_columns + self.pole_free_columns.ncols());
         for (r, pole) in poles.iter().enumerate() {
             let size = pole.w.hypot(pole.sigma);
             for k in 0..n {
@@ -135,17 +135,17 @@ impl WhitenedProblem {
         }
         for j in 0..self.pole_free_columns.ncols() {
             basis
-                .col_as_slice_mut(of_poles + j)
+                .col_as_slice_mut(n_pole_columns + j)
                 .copy_from_slice(self.pole_free_columns.col_as_slice(j));
         }
         basis
     }
 
-    /// Derivatives of the poles' columns, each divided by that column's length: for every pole with respect to `w/σ`, then to
+    /// Derivatives of the columns of each pole, divided by the column norms `length`: for every pole with respect to `w/σ`, then to
     /// `ln σ`; within each, by numerator.
     pub fn derivatives(&self, poles: &[ScaledPole], numerators: usize, length: &[f64]) -> Matrix {
         let n = self.lines();
-        let mut all = Matrix::zeros(2 * n, poles.len() * 2 * numerators);
+        let mut derivatives = Matrix::zeros(2 * n, poles.len() * 2 * numerators);
         let mut square = vec![Complex::new(0.0, 0.0); n];
         for (r, pole) in poles.iter().enumerate() {
             let size = pole.w.hypot(pole.sigma);
@@ -154,31 +154,30 @@ impl WhitenedProblem {
                 let inverse = inverse(pole, self.x[k]);
                 square[k] = self.factor[k] * inverse * inverse * (-2.0 * pole.sigma);
             }
-            // By w/σ, then by ln σ: times w, and times σ ± s.
-            for (a, (fixed, turned)) in [(pole.w, 0.0), (pole.sigma, sign)].into_iter().enumerate()
-            {
+            // The derivative by w/σ has the factor w, that by ln σ the factor σ ± s.
+            for (a, (real, slope)) in [(pole.w, 0.0), (pole.sigma, sign)].into_iter().enumerate() {
                 let at = (r * 2 + a) * numerators;
-                let of_size = size / length[r * numerators];
-                let column = all.col_as_slice_mut(at);
+                let size_scale = size / length[r * numerators];
+                let column = derivatives.col_as_slice_mut(at);
                 for k in 0..n {
-                    let d = square[k] * Complex::new(fixed, turned * self.x[k]);
-                    set_complex(column, k, n, d * of_size);
+                    let d = square[k] * Complex::new(real, slope * self.x[k]);
+                    set_complex(column, k, n, d * size_scale);
                 }
                 if numerators == 2 {
-                    let of_s = 1.0 / length[r * numerators + 1];
-                    let column = all.col_as_slice_mut(at + 1);
+                    let s_scale = 1.0 / length[r * numerators + 1];
+                    let column = derivatives.col_as_slice_mut(at + 1);
                     for k in 0..n {
-                        let d = square[k] * Complex::new(fixed, turned * self.x[k]);
-                        set_complex(column, k, n, d * Complex::new(0.0, self.x[k] * of_s));
+                        let d = square[k] * Complex::new(real, slope * self.x[k]);
+                        set_complex(column, k, n, d * Complex::new(0.0, self.x[k] * s_scale));
                     }
                 }
             }
         }
-        all
+        derivatives
     }
 }
 
-/// `1/D` at `s = jx`, with `D = w² − x² + σ² + 2jσx` written so that nothing cancels near the resonance.
+/// `1/D` at `s = jx`, with `D = w² − x² + σ² + 2jσx` factored to avoid cancellation near the resonance.
 fn inverse(pole: &ScaledPole, x: f64) -> Complex {
     let sigma = if pole.stable { pole.sigma } else { -pole.sigma };
     let re = (pole.w - x) * (pole.w + x) + pole.sigma * pole.sigma;
@@ -187,17 +186,17 @@ fn inverse(pole: &ScaledPole, x: f64) -> Complex {
     Complex::new(re / square, -im / square)
 }
 
-/// `(a|p| + b p)/(2j Im p)` in units of the highest line.
+/// Residue `(a|p| + b p)/(2j Im p)` of pole `r`, in units of the highest line; `c` holds the coefficients of a response.
 pub(super) fn residue(c: &[f64], pole: &ScaledPole, r: usize, numerators: usize) -> Complex {
     let p = pole.value();
-    let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
+    let mut numerator = Complex::new(c[r * numerators] * p.norm(), 0.0);
     if numerators == 2 {
-        top += p * c[r * numerators + 1];
+        numerator += p * c[r * numerators + 1];
     }
-    top / Complex::new(0.0, 2.0 * p.im)
+    numerator / Complex::new(0.0, 2.0 * p.im)
 }
 
-/// Real part to row `k`, imaginary part to row `n + k`.
+/// Writes the real part to row `k` and the imaginary part to row `n + k`.
 pub(super) fn set_complex(column: &mut [f64], k: usize, n: usize, value: Complex) {
     column[k] = value.re;
     column[n + k] = value.im;

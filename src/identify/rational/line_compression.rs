@@ -1,9 +1,9 @@
-//! Data compression: blocks of lines away from poles replaced by Gauss quadrature nodes.
+//! Data compression: blocks of lines away from poles are replaced by Gauss quadrature nodes.
 //!
-//! Over a block of lines away from the poles every function of a fit is nearly a polynomial; the Gauss rule of the block's own
-//! weights, `Σ_k f_k² g(x_k) = Σ_m λ_m g(ξ_m)` for polynomials g of degree below 2d (Golub and Welsch 1969), then stands for all
-//! of its lines: nodes ξ_m with factors √λ_m, and the data projected on the polynomials of degree below d. The projection is
-//! orthogonal, so that noise of unit variance stays so. Where a pole is near, lines are kept.
+//! On a block of lines away from the poles every function of a fit is nearly a polynomial. The Gauss rule of the weights of the block,
+//! `Σ_k f_k² g(x_k) = Σ_m λ_m g(ξ_m)` for polynomials g of degree below 2d (Golub and Welsch 1969), then replaces its lines by nodes ξ_m
+//! with factors √λ_m, and the data by their projection on the polynomials of degree below d. The projection is orthogonal, so that
+//! noise keeps its unit variance. Lines close to a pole are not compressed.
 
 use std::borrow::{Borrow, Cow};
 use std::collections::HashMap;
@@ -16,30 +16,29 @@ use super::basis::{ScaledPole, WhitenedProblem};
 use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, sum_of_squares};
 use super::scan::ScanPeak;
 
-/// Nodes of a block, d.
+/// Number of nodes of a block, d.
 const NODES: usize = 16;
 
-/// A block of fewer lines is kept as it is.
+/// Minimum number of lines of a compressed block.
 const MIN_BLOCK_LINES: usize = 40;
 
-/// The functions of a fit differ from polynomials by less than this, in units of the noise, over all lines together. No parameter moves by
-/// more than this share of its standard deviation.
+/// Tolerance of the polynomial approximation in noise standard deviations; parameters shift by a smaller share of their deviation.
 const MISMATCH: f64 = 1e-3;
 
-/// Least mismatch as a share of the data: below it all lines are kept, since rounding is not far.
+/// Minimum tolerance relative to the data norm: a smaller one is close to rounding, and no line is compressed.
 const MIN_MISMATCH_SHARE: f64 = 1e-13;
 
-/// Weighted polynomials of which one is closer than this to those of lower degree are not independent.
+/// Minimum norm of the part of a weighted polynomial that is independent of those of lower degree.
 const INDEPENDENCE_TOLERANCE: f64 = 1e-8;
 
-/// A problem of fewer lines.
+/// Least-squares problem on compressed lines.
 #[derive(Debug, Clone)]
 pub(super) struct CompressedProblem<'a> {
-    /// With as many responses, over the nodes.
+    /// Problem with all responses on the retained lines and the nodes.
     pub problem: Cow<'a, WhitenedProblem>,
-    /// Middle and half-width of what was condensed.
+    /// Middle and half-width of the compressed blocks, in units of the highest line.
     blocks: Vec<(f64, f64)>,
-    /// Least sum of half-axes of the ellipse around a block with a pole on it.
+    /// Minimum sum of the half-axes of the ellipse around a block through a pole, in half-widths of the block.
     min_clearance: f64,
 }
 
@@ -50,7 +49,7 @@ impl Borrow<WhitenedProblem> for CompressedProblem<'_> {
 }
 
 impl<'a> CompressedProblem<'a> {
-    /// All lines of a problem.
+    /// Problem without compression.
     pub fn uncompressed(problem: &'a WhitenedProblem) -> CompressedProblem<'a> {
         CompressedProblem {
             problem: Cow::Borrowed(problem),
@@ -59,38 +58,38 @@ impl<'a> CompressedProblem<'a> {
         }
     }
 
-    /// All lines were kept.
-    pub fn is_whole(&self) -> bool {
+    /// True if no line was compressed.
+    pub fn is_uncompressed(&self) -> bool {
         self.blocks.is_empty()
     }
 
-    /// Whether it still holds all there is to poles that have moved.
+    /// True if the compression is accurate for the given poles.
     pub fn is_valid_for(&self, poles: &[ScaledPole]) -> bool {
         let mut blocks = self.blocks.iter();
         blocks.all(|&(middle, half)| is_clear(middle, half, poles, self.min_clearance))
     }
 }
 
-/// Half-widths down to this share of a pole's, and of a candidate's, are provided for.
+/// Shares to which the half-width of a pole, and of a candidate, may decrease before a new compression is needed.
 const WIDTH_MARGIN: (f64, f64) = (0.7, 0.35);
 
-/// Most changes of the lines on which poles are brought to their places: they have hardly anywhere to go.
+/// Maximum number of compressions in a refinement; the poles move little.
 pub(super) const MAX_RECOMPRESSIONS: usize = 4;
 
-/// Condenses a problem again and again, for poles that move.
+/// Repeated compression of a problem for moving poles.
 #[derive(Debug)]
 pub(super) struct Compressor<'a> {
     problem: &'a WhitenedProblem,
     /// `Σ y²`.
     total: f64,
-    /// By first line and end: blocks that were condensed, or could not be.
+    /// Blocks by first and end line; `None` if the block has no Gauss rule.
     cached_blocks: HashMap<(usize, usize), Option<CompressedBlock>>,
-    /// By number of lines: rules of evenly spaced lines of equal weight, the same wherever they lie.
+    /// Gauss rules of equally spaced lines of equal weight, by number of lines.
     cached_rules: HashMap<usize, Option<GaussRule>>,
 }
 
 impl<'a> Compressor<'a> {
-    /// Compressor of all lines of a problem.
+    /// Creates a compressor of a problem.
     pub fn new(problem: &'a WhitenedProblem) -> Compressor<'a> {
         Compressor {
             problem,
@@ -100,7 +99,7 @@ impl<'a> Compressor<'a> {
         }
     }
 
-    /// Poles brought to their places, and `lines` to those that serve them there. The steps are those of all rounds.
+    /// Refines the poles and updates the compressed `lines` for them. The number of steps includes all compressions.
     pub fn refine(
         &mut self,
         mut fit: ModelFit,
@@ -121,39 +120,39 @@ impl<'a> Compressor<'a> {
         ModelFit { steps, ..fit }
     }
 
-    /// The lines needed for the poles of a model and for candidates. All of them where there is a delay, which turns the data line by
-    /// line.
+    /// Compresses the problem for the poles of a model and for candidates. A model with a delay, which rotates the data of each line, needs
+    /// all lines.
     pub fn compress(
         &mut self,
         model: &PoleModel,
         candidates: &[ScanPeak],
     ) -> CompressedProblem<'a> {
         let problem = self.problem;
-        let share = MISMATCH / self.total.sqrt();
-        if !model.delays.is_empty() || !(share > MIN_MISMATCH_SHARE) {
+        let tolerance = MISMATCH / self.total.sqrt();
+        if !model.delays.is_empty() || !(tolerance > MIN_MISMATCH_SHARE) {
             return CompressedProblem::uncompressed(problem);
         }
-        let narrow = |p: &ScaledPole, share: f64| ScaledPole {
-            sigma: share * p.sigma,
+        let narrow = |p: &ScaledPole, ratio: f64| ScaledPole {
+            sigma: ratio * p.sigma,
             ..*p
         };
         let poles: Vec<ScaledPole> = (model.poles.iter().map(|p| narrow(p, WIDTH_MARGIN.0)))
             .chain(candidates.iter().map(|c| narrow(&c.pole, WIDTH_MARGIN.1)))
             .collect();
-        let clear = share.min(0.1).powf(-1.0 / NODES as f64);
-        let mut parts = Vec::new();
-        split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
-        for part in parts.iter_mut().filter(|part| part.smooth) {
-            let known = (self.cached_blocks.entry((part.from, part.to))).or_insert_with(|| {
-                CompressedBlock::new(problem, part.from, part.to, &mut self.cached_rules)
+        let limit = tolerance.min(0.1).powf(-1.0 / NODES as f64);
+        let mut ranges = Vec::new();
+        split(&problem.x, 0, problem.lines(), &poles, limit, &mut ranges);
+        for range in ranges.iter_mut().filter(|range| range.smooth) {
+            let block = (self.cached_blocks.entry((range.from, range.to))).or_insert_with(|| {
+                CompressedBlock::new(problem, range.from, range.to, &mut self.cached_rules)
             });
-            part.smooth = known.is_some();
+            range.smooth = block.is_some();
         }
-        if parts.iter().all(|part| !part.smooth) {
+        if ranges.iter().all(|range| !range.smooth) {
             return CompressedProblem::uncompressed(problem);
         }
-        let n = parts.iter().map(LineRange::rows).sum();
-        let mut fewer = WhitenedProblem {
+        let n = ranges.iter().map(LineRange::rows).sum();
+        let mut reduced = WhitenedProblem {
             x: Vec::with_capacity(n),
             factor: Vec::with_capacity(n),
             pole_free_columns: Matrix::zeros(2 * n, problem.pole_free_columns.ncols()),
@@ -163,40 +162,40 @@ impl<'a> Compressor<'a> {
             omitted_energy: 0.0,
         };
         let mut blocks = Vec::new();
-        for part in &parts {
-            let (from, to, at) = (part.from, part.to, fewer.x.len());
+        for range in &ranges {
+            let (from, to, at) = (range.from, range.to, reduced.x.len());
             match self.cached_blocks.get(&(from, to)) {
-                Some(Some(block)) if part.smooth => {
+                Some(Some(block)) if range.smooth => {
                     blocks.push(middle_and_half(&problem.x, from, to));
-                    fewer.x.extend(&block.x);
-                    fewer.factor.extend(&block.factor);
-                    copy(&block.y, 0, NODES, &mut fewer.y, at);
-                    copy(&block.fixed, 0, NODES, &mut fewer.pole_free_columns, at);
+                    reduced.x.extend(&block.x);
+                    reduced.factor.extend(&block.factor);
+                    copy(&block.y, 0, NODES, &mut reduced.y, at);
+                    copy(&block.basis, 0, NODES, &mut reduced.pole_free_columns, at);
                 }
                 _ => {
-                    fewer.x.extend(&problem.x[from..to]);
-                    fewer.factor.extend(&problem.factor[from..to]);
-                    copy(&problem.y, from, to, &mut fewer.y, at);
+                    reduced.x.extend(&problem.x[from..to]);
+                    reduced.factor.extend(&problem.factor[from..to]);
+                    copy(&problem.y, from, to, &mut reduced.y, at);
                     copy(
                         &problem.pole_free_columns,
                         from,
                         to,
-                        &mut fewer.pole_free_columns,
+                        &mut reduced.pole_free_columns,
                         at,
                     );
                 }
             }
         }
-        fewer.omitted_energy = problem.omitted_energy + self.total - sum_of_squares(&fewer.y);
+        reduced.omitted_energy = problem.omitted_energy + self.total - sum_of_squares(&reduced.y);
         CompressedProblem {
-            problem: Cow::Owned(fewer),
+            problem: Cow::Owned(reduced),
             blocks,
-            min_clearance: clear,
+            min_clearance: limit,
         }
     }
 }
 
-/// Lines in a row, to be kept or condensed.
+/// Range of lines; compressed if smooth.
 struct LineRange {
     from: usize,
     to: usize,
@@ -204,7 +203,7 @@ struct LineRange {
 }
 
 impl LineRange {
-    /// Lines or nodes.
+    /// Number of lines, or of nodes if compressed.
     fn rows(&self) -> usize {
         match self.smooth {
             true => NODES,
@@ -218,13 +217,13 @@ fn split(
     from: usize,
     to: usize,
     poles: &[ScaledPole],
-    clear: f64,
-    parts: &mut Vec<LineRange>,
+    clearance: f64,
+    ranges: &mut Vec<LineRange>,
 ) {
     if to - from <= MIN_BLOCK_LINES {
-        match parts.last_mut() {
+        match ranges.last_mut() {
             Some(last) if !last.smooth => last.to = to,
-            _ => parts.push(LineRange {
+            _ => ranges.push(LineRange {
                 from,
                 to,
                 smooth: false,
@@ -233,17 +232,17 @@ fn split(
         return;
     }
     let (middle, half) = middle_and_half(x, from, to);
-    if is_clear(middle, half, poles, clear) {
-        parts.push(LineRange {
+    if is_clear(middle, half, poles, clearance) {
+        ranges.push(LineRange {
             from,
             to,
             smooth: true,
         });
         return;
     }
-    let between = from + (to - from) / 2;
-    split(x, from, between, poles, clear, parts);
-    split(x, between, to, poles, clear, parts);
+    let centre = from + (to - from) / 2;
+    split(x, from, centre, poles, clearance, ranges);
+    split(x, centre, to, poles, clearance, ranges);
 }
 
 fn middle_and_half(x: &[f64], from: usize, to: usize) -> (f64, f64) {
@@ -251,52 +250,52 @@ fn middle_and_half(x: &[f64], from: usize, to: usize) -> (f64, f64) {
     (0.5 * (first + last), 0.5 * (last - first))
 }
 
-/// Whether the ellipses around a block through the poles, and through zero where the residual term below is singular, all have
-/// half-axes of at least `clear` together: polynomials of degree d then miss a pole's function by about `clear^−d`.
-fn is_clear(middle: f64, half: f64, poles: &[ScaledPole], clear: f64) -> bool {
+/// True if the ellipses around a block through the poles, and through zero (singular lower residual term), have a sum of half-axes
+/// above `clearance`: polynomials of degree d then approximate the function of a pole with an error of about `clearance^−d`.
+fn is_clear(middle: f64, half: f64, poles: &[ScaledPole], clearance: f64) -> bool {
     let axes = |w: f64, sigma: f64| {
         let (x, y) = ((w - middle) / half, sigma / half);
         let sum = 0.5 * ((x - 1.0).hypot(y) + (x + 1.0).hypot(y));
         sum + (sum * sum - 1.0).max(0.0).sqrt()
     };
-    axes(0.0, 0.0) > clear && poles.iter().all(|p| axes(p.w, p.sigma) > clear)
+    axes(0.0, 0.0) > clearance && poles.iter().all(|p| axes(p.w, p.sigma) > clearance)
 }
 
-/// A block of lines, condensed.
+/// Compressed block of lines.
 #[derive(Debug)]
 struct CompressedBlock {
     x: Vec<f64>,
     factor: Vec<Complex>,
     y: Matrix,
-    fixed: Matrix,
+    basis: Matrix,
 }
 
 impl CompressedBlock {
-    /// `None` where there is no rule for its lines.
+    /// Compresses a block; `None` if its lines have no Gauss rule.
     fn new(
         problem: &WhitenedProblem,
         from: usize,
         to: usize,
-        even: &mut HashMap<usize, Option<GaussRule>>,
+        rules: &mut HashMap<usize, Option<GaussRule>>,
     ) -> Option<CompressedBlock> {
         let (middle, half) = middle_and_half(&problem.x, from, to);
-        let place: Vec<f64> = problem.x[from..to]
+        let t: Vec<f64> = problem.x[from..to]
             .iter()
             .map(|x| (x - middle) / half)
             .collect();
         let factors = &problem.factor[from..to];
         let total = factors.iter().map(|f| f.norm_sqr()).sum::<f64>().sqrt();
         let phase = factors[0] / factors[0].norm();
-        let weight: Vec<f64> = (factors.iter().map(|f| f.norm_sqr().sqrt() / total)).collect();
-        let own;
-        let rule = if factors.iter().all(|f| *f == factors[0]) && is_even(&place) {
-            let known = even.entry(to - from);
-            known
-                .or_insert_with(|| GaussRule::new(&place, &weight))
+        let weights: Vec<f64> = (factors.iter().map(|f| f.norm_sqr().sqrt() / total)).collect();
+        let new_rule;
+        let rule = if factors.iter().all(|f| *f == factors[0]) && is_even(&t) {
+            let entry = rules.entry(to - from);
+            entry
+                .or_insert_with(|| GaussRule::new(&t, &weights))
                 .as_ref()?
         } else {
-            own = GaussRule::new(&place, &weight)?;
-            &own
+            new_rule = GaussRule::new(&t, &weights)?;
+            &new_rule
         };
         let block = CompressedBlock {
             x: rule.nodes.iter().map(|t| middle + half * t).collect(),
@@ -305,20 +304,20 @@ impl CompressedBlock {
                 .iter()
                 .map(|s| phase * (total * s))
                 .collect(),
-            y: values_at_nodes(&problem.y, from, to, &rule.onto),
-            fixed: values_at_nodes(&problem.pole_free_columns, from, to, &rule.onto),
+            y: values_at_nodes(&problem.y, from, to, &rule.projection),
+            basis: values_at_nodes(&problem.pole_free_columns, from, to, &rule.projection),
         };
         registers::zero_upper();
         Some(block)
     }
 }
 
-/// Whether places from −1 to 1 lie evenly, to rounding.
-fn is_even(place: &[f64]) -> bool {
+/// True if positions from −1 to 1 are equally spaced within rounding.
+fn is_even(points: &[f64]) -> bool {
     const ROUNDING: f64 = 1e-12;
-    let step = 2.0 / (place.len() as f64 - 1.0);
-    let off = |(k, t): (usize, &f64)| (t - (k as f64 * step - 1.0)).abs();
-    place.iter().enumerate().map(off).all(|off| off < ROUNDING)
+    let step = 2.0 / (points.len() as f64 - 1.0);
+    let error = |(k, t): (usize, &f64)| (t - (k as f64 * step - 1.0)).abs();
+    points.iter().enumerate().map(error).all(|e| e < ROUNDING)
 }
 
 /// Gauss rule for the discrete weight `f_k²`, `Σ f_k² = 1`, over lines scaled to −1…1.
@@ -327,70 +326,71 @@ struct GaussRule {
     nodes: Vec<f64>,
     /// Square roots of the Gauss weights.
     root_weights: Vec<f64>,
-    /// Orthonormal columns, one per node: from values on lines to values at nodes.
-    onto: Matrix,
+    /// Orthonormal columns, one per node, that project values on lines to values at nodes.
+    projection: Matrix,
 }
 
 impl GaussRule {
-    /// Nodes are the eigenvalues of the lines' places projected on the polynomials of degree below d (Golub and Welsch 1969); `None`
-    /// where weights vanish on so many lines that these are not independent.
-    fn new(place: &[f64], weight: &[f64]) -> Option<GaussRule> {
-        let lines = place.len();
-        // Chebyshev's polynomials times the weight
+    /// Computes the nodes as eigenvalues of the line positions projected on the polynomials of degree below d (Golub and Welsch 1969);
+    /// `None` if vanishing weights make the polynomials dependent.
+    fn new(positions: &[f64], weight: &[f64]) -> Option<GaussRule> {
+        let lines = positions.len();
+        // Chebyshev polynomials times the weights
         let mut polynomials = Matrix::zeros(lines, NODES);
         for k in 0..lines {
-            let (mut before, mut now) = (0.0, weight[k]);
+            let (mut previous, mut current) = (0.0, weight[k]);
             for j in 0..NODES {
-                polynomials[(k, j)] = now;
+                polynomials[(k, j)] = current;
                 let factor = if j == 0 { 1.0 } else { 2.0 };
-                (before, now) = (now, factor * place[k] * now - before);
+                (previous, current) = (current, factor * positions[k] * current - previous);
             }
         }
         let qr = thin_qr(&polynomials);
         if (0..NODES).any(|j| !(qr.r[(j, j)].abs() > INDEPENDENCE_TOLERANCE)) {
             return None;
         }
-        let mut moved = qr.q.clone();
+        let mut shifted = qr.q.clone();
         for j in 0..NODES {
-            let column = moved.col_as_slice_mut(j);
-            column.iter_mut().zip(place).for_each(|(q, t)| *q *= t);
+            let column = shifted.col_as_slice_mut(j);
+            column.iter_mut().zip(positions).for_each(|(q, t)| *q *= t);
         }
-        let nodes = symmetric_eigen(&transposed_product(&qr.q, &moved)).ok()?;
-        let onto = &qr.q * &nodes.vectors;
-        let size = |m: usize| {
-            onto.col_as_slice(m)
+        let eigen = symmetric_eigen(&transposed_product(&qr.q, &shifted)).ok()?;
+        let projection = &qr.q * &eigen.vectors;
+        let root_weight = |m: usize| {
+            projection
+                .col_as_slice(m)
                 .iter()
                 .zip(weight)
                 .map(|(q, w)| q * w)
                 .sum()
         };
         Some(GaussRule {
-            nodes: nodes.values.clone(),
-            root_weights: (0..NODES).map(size).collect(),
-            onto,
+            nodes: eigen.values.clone(),
+            root_weights: (0..NODES).map(root_weight).collect(),
+            projection,
         })
     }
 }
 
-/// Values at nodes of columns on lines.
-fn values_at_nodes(all: &Matrix, from: usize, to: usize, onto: &Matrix) -> Matrix {
-    let n = all.nrows() / 2;
-    let mut values = Matrix::zeros(2 * NODES, all.ncols());
-    for (half, start) in [(0, from), (NODES, n + from)] {
-        let rows = all.subrows(start, to - from);
-        let part = onto.transpose() * rows;
-        values.subrows_mut(half, NODES).copy_from(part);
+/// Projects columns on lines to values at nodes.
+fn values_at_nodes(columns: &Matrix, from: usize, to: usize, projection: &Matrix) -> Matrix {
+    let n = columns.nrows() / 2;
+    let mut values = Matrix::zeros(2 * NODES, columns.ncols());
+    for (offset, start) in [(0, from), (NODES, n + from)] {
+        let rows = columns.subrows(start, to - from);
+        let node_values = projection.transpose() * rows;
+        values.subrows_mut(offset, NODES).copy_from(node_values);
     }
     values
 }
 
-/// Rows `from..to` of both halves, to those from `at` on.
-fn copy(all: &Matrix, from: usize, to: usize, fewer: &mut Matrix, at: usize) {
-    let (n, m, count) = (all.nrows() / 2, fewer.nrows() / 2, to - from);
-    for j in 0..all.ncols() {
+/// Copies rows `from..to` of the real and the imaginary half to rows from `at` on.
+fn copy(source: &Matrix, from: usize, to: usize, target: &mut Matrix, at: usize) {
+    let (n, m, count) = (source.nrows() / 2, target.nrows() / 2, to - from);
+    for j in 0..source.ncols() {
         for (from, at) in [(from, at), (n + from, m + at)] {
-            let values = &all.col_as_slice(j)[from..from + count];
-            fewer.col_as_slice_mut(j)[at..at + count].copy_from_slice(values);
+            let values = &source.col_as_slice(j)[from..from + count];
+            target.col_as_slice_mut(j)[at..at + count].copy_from_slice(values);
         }
     }
 }

@@ -94,9 +94,9 @@ pub struct ResponsesByHit<'a> {
     /// By hit, in the order of [`FrfData::responses`], over the same lines.
     pub responses: &'a [Vec<Vec<Complex>>],
     /// Hits that each of them joins, on average: 1 where it is of one hit.
-    pub joined: f64,
+    pub hits_per_group: f64,
     /// Power of a fourth difference of neighbouring lines over that of their noise: 70 for independent lines, less under a window.
-    pub fourth: f64,
+    pub fourth_difference_gain: f64,
 }
 
 /// A pure delay of the measuring chain.
@@ -158,7 +158,7 @@ pub struct SelectionStep {
 }
 
 impl SelectionStep {
-    /// One sentence, without full stop: `5 pole pairs, no more: another would lower the misfit by 0.12 %, no more than noise gives
+    /// One sentence, without full stop: `stopped at 5 pole pairs: another would lower the misfit by 0.12 %, no more than noise gives
     /// somewhere in the band of one record in 3`.
     pub fn description(&self) -> String {
         /// Least probability reported as due to chance.
@@ -184,7 +184,7 @@ impl SelectionStep {
             p => format!(" of one record in {:.0}", 1.0 / p),
         };
         format!(
-            "{before}, no more: {another} would lower the misfit by {fall} %, {}{chance}",
+            "stopped at {before}: {another} would lower the misfit by {fall} %, {}{chance}",
             self.reason
         )
     }
@@ -333,7 +333,7 @@ fn fit_with(
         && order > determined
     {
         let message = format!(
-            "{order} pole pairs are requested, and {} determine {determined} at most",
+            "{order} pole pairs are requested, but {} determine at most {determined}",
             pluralise(lines.x.len(), "line")
         );
         return Err(Error::new(Code::OutOfRange, message)

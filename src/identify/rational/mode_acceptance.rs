@@ -1,56 +1,56 @@
-//! Acceptance of poles as modes: band, certainty, visibility, phase collinearity.
+//! Acceptance of poles as modes by band, uncertainty, share of the response power and phase collinearity.
 
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::statistics::Z_95;
 
-/// Data by which a pole is accepted as a mode.
+/// Pole with the data that decide whether it is a mode.
 pub(super) struct ModeCandidate<'a> {
     /// The pole with its covariance and shape.
     pub mode: &'a ModalParameters,
     /// First and last line, Hz.
     pub band_hz: (f64, f64),
-    /// The lines show one side of its peak alone.
+    /// Only one side of the peak lies within the band.
     pub is_peak_at_end: bool,
-    /// Share of the responses' power in its half-power band, each response over its largest value.
+    /// Share of the response power in the half-power band of the pole, each response divided by its largest value.
     pub visibility: f64,
-    /// The misfit is beyond what noise explains.
+    /// The misfit exceeds the noise.
     pub model_error: bool,
-    /// Noise alone does not explain the responses.
-    pub departs: bool,
-    /// The responses are those to single hits.
+    /// The responses depart from the linear model by more than noise.
+    pub has_departures: bool,
+    /// The responses are those to individual hits.
     pub by_hit: bool,
-    /// Residues repeat from hit to hit.
-    pub repeats: bool,
-    /// Neither noise nor departures explain the misfit: the lines that decide are taken for exact.
-    pub unexplained: bool,
+    /// The residues are repeatable from hit to hit.
+    pub is_repeatable: bool,
+    /// Neither noise nor departures explain the misfit.
+    pub has_unexplained_misfit: bool,
 }
 
-/// From this damping ratio on a pole pair is background; of hits, and where responses depart from the model, from the second on.
+/// Damping ratios above which a pole pair is background: in general, and for hits or responses that depart from the model.
 const MAX_DAMPING_RATIO: (f64, f64) = (0.5, 0.3);
 
-/// Largest standard deviation of a frequency over the half-width, where responses depart from the model.
+/// Largest standard deviation of a frequency, relative to the half-width, for responses that depart from the model.
 const MAX_CERTAIN_STD: f64 = 0.5;
 
-/// Below three responses a pole with so many times the power that was measured is one of a pair that cancel; beyond the second it is no
-/// mode even where it alone explains a peak: two modes of equal size a third of a half-width apart reach it.
+/// Visibility above which a pole of fewer than three responses belongs to a cancelling pair, and above which it is rejected even if it
+/// alone explains a peak: two modes of equal size a third of a half-width apart reach the second.
 const MAX_CANCELLING_RATIO: (f64, f64) = (2.0, 10.0);
 
-/// Why one of a pair that cancel is not a mode.
-pub(super) const CANCELLED: &str = "cancelled by its neighbours";
+/// Reason for rejecting a pole of a cancelling pair.
+pub(super) const POLE_CANCELLATION: &str = "cancelled by its neighbours";
 
-/// Why a pole with one side of its peak within the band is not a mode.
-pub(super) const AT_END: &str =
+/// Reason for rejecting a pole with only one side of its peak within the band.
+pub(super) const BAND_LIMIT: &str =
     "its peak lies at the end of the band, within a line or half of its half-width";
 
-/// Why a pole whose residues have no mean over the hits is not a mode.
-pub(super) const UNREPEATED: &str = "its residues differ from hit to hit, as of noise or of a resonance folded down from above half the sample rate";
+/// Reason for rejecting a pole whose residues are not repeatable over the hits.
+pub(super) const NOT_REPEATABLE: &str = "its residues differ from hit to hit, as of noise or of a resonance folded down from above half the sample rate";
 
-/// Least share of the power, and least phase collinearity, where a model error is proven.
+/// Least visibility and least phase collinearity of a mode if the misfit exceeds the noise.
 const MIN_VISIBILITY: f64 = 0.05;
 const MIN_COLLINEARITY: f64 = 0.5;
 
-/// Why a pole is not a mode; `None` if it is.
+/// Reason for rejecting a pole as a mode; `None` if it is accepted.
 pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str> {
     let mode = candidate.mode;
     let (frequency, damping) = (mode.frequency_hz(), mode.damping_ratio());
@@ -59,27 +59,27 @@ pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str
         return Some("outside the band");
     }
     if candidate.is_peak_at_end {
-        return Some(AT_END);
+        return Some(BAND_LIMIT);
     }
-    if candidate.unexplained {
+    if candidate.has_unexplained_misfit {
         return Some("the fit misses the responses by far more than noise and departures explain");
     }
-    let background = match candidate.departs || candidate.by_hit {
+    let max_damping = match candidate.has_departures || candidate.by_hit {
         true => MAX_DAMPING_RATIO.1,
         false => MAX_DAMPING_RATIO.0,
     };
-    if damping >= background {
-        return Some("damped so much that it is background");
+    if damping >= max_damping {
+        return Some("damping too high for a mode: background");
     }
     let half_width = frequency * damping.abs();
-    let certain = if candidate.departs {
+    let max_std_ratio = if candidate.has_departures {
         MAX_CERTAIN_STD
     } else {
         1.0
     };
     if mode
         .frequency_std_hz()
-        .is_none_or(|s| !(s < certain * half_width))
+        .is_none_or(|s| !(s < max_std_ratio * half_width))
     {
         return Some("its frequency is less certain than its half-power width");
     }
@@ -96,30 +96,30 @@ pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str
         );
     }
     if mode.shape.len() < 3 && candidate.visibility > MAX_CANCELLING_RATIO.0 {
-        return Some(CANCELLED);
+        return Some(POLE_CANCELLATION);
     }
-    if !candidate.repeats {
-        return Some(UNREPEATED);
+    if !candidate.is_repeatable {
+        return Some(NOT_REPEATABLE);
     }
     if candidate.model_error && candidate.visibility < MIN_VISIBILITY {
-        return Some("hardly seen, where the misfit exceeds the noise");
+        return Some("weakly observable, and the misfit exceeds the noise");
     }
     if candidate.model_error
         && mode.shape.len() >= 3
         && collinearity(&mode.shape) < MIN_COLLINEARITY
     {
-        return Some("its components share no phase, where the misfit exceeds the noise");
+        return Some("its components differ in phase, and the misfit exceeds the noise");
     }
     None
 }
 
-/// Whether a pole that cancels with others may be a mode all the same: where responses depart from the model each pole of a pair has been
-/// found needed next to the other.
+/// Returns `true` if a pole of a cancelling pair may still be a mode: for responses that depart from the model, the search has shown each
+/// pole of the pair to be necessary.
 pub(super) fn may_explain_peak(candidate: &ModeCandidate) -> bool {
-    candidate.departs && candidate.visibility <= MAX_CANCELLING_RATIO.1
+    candidate.has_departures && candidate.visibility <= MAX_CANCELLING_RATIO.1
 }
 
-/// Modal phase collinearity (Juang and Pappa 1985): 1 where all components lie on one line of the complex plane.
+/// Modal phase collinearity (Juang and Pappa 1985), 0 to 1: 1 if all components lie on one line through the origin.
 fn collinearity(shape: &[Complex]) -> f64 {
     let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
     for z in shape {
@@ -138,7 +138,7 @@ fn collinearity(shape: &[Complex]) -> f64 {
 mod tests {
     use super::*;
 
-    fn certain(is_peak_at_end: bool, repeats: bool) -> Option<&'static str> {
+    fn reason_of_hit_pole(is_peak_at_end: bool, is_repeatable: bool) -> Option<&'static str> {
         let mode = ModalParameters {
             pole: Complex::new(-10.0, 1000.0),
             pole_covariance: Some([1.0, 1.0, 0.0]),
@@ -150,22 +150,22 @@ mod tests {
             is_peak_at_end,
             visibility: 0.5,
             model_error: false,
-            departs: false,
+            has_departures: false,
             by_hit: true,
-            repeats,
-            unexplained: false,
+            is_repeatable,
+            has_unexplained_misfit: false,
         })
     }
 
-    /// However certain, a pole with one side of its peak in the band is no mode, nor is one whose residues differ from hit to hit.
+    /// Poles with only one side of the peak in the band, or with residues that differ from hit to hit, are rejected however certain.
     #[test]
     fn law_one_sided_and_unrepeated_poles_are_no_modes() {
-        assert_eq!(certain(false, true), None);
-        assert_eq!(certain(true, true), Some(AT_END));
-        assert_eq!(certain(false, false), Some(UNREPEATED));
+        assert_eq!(reason_of_hit_pole(false, true), None);
+        assert_eq!(reason_of_hit_pole(true, true), Some(BAND_LIMIT));
+        assert_eq!(reason_of_hit_pole(false, false), Some(NOT_REPEATABLE));
     }
 
-    /// A damping of 1.1 ± 1.7 % is no damping where more than noise is left; of 1.1 ± 0.8 % it is, as either is where only noise is left.
+    /// With a model error, a damping of 1.1 ± 1.7 % is rejected and 1.1 ± 0.8 % accepted; without one, both are accepted.
     #[test]
     fn law_damping_is_above_zero() {
         let (omega, damping) = (1000.0, 0.011);
@@ -181,10 +181,10 @@ mod tests {
                 is_peak_at_end: false,
                 visibility: 0.5,
                 model_error,
-                departs: model_error,
+                has_departures: model_error,
                 by_hit: false,
-                repeats: true,
-                unexplained: false,
+                is_repeatable: true,
+                has_unexplained_misfit: false,
             })
             .is_none()
         };

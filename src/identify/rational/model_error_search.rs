@@ -1,5 +1,5 @@
-//! Responses that depart from the model by more than their noise: poles are sought, judged and refined in a variance that holds what
-//! each mode departs by, from no pole on. The poles of a fit by noise alone are no start: they are in each other's place.
+//! Pole search for responses with a model error above the noise: poles are added, tested and refined with a variance that includes the
+//! model error of each mode, from a model without poles. The poles of a fit with the noise variance are no suitable initial estimate.
 
 use crate::numeric::{Complex, Matrix};
 
@@ -15,11 +15,11 @@ use super::stepwise::{StepwiseOptions, StepwiseSearch, step_work};
 use super::windowed::{BandFit, NUMERATORS, coefficients};
 use super::{FitEffort, SelectionStep};
 
-/// While poles are sought, lines across no more than this share of the frequency count as one: a broad background must not hide
-/// narrow modes.
+/// Maximum half-width, relative to the frequency, over which lines count as one observation during the search, so that a broad background
+/// does not mask narrow modes.
 const MAX_POLE_WIDTH_LINES: f64 = 0.02;
 
-/// Steps of all poles after one was added, while they are judged, and at the end.
+/// Stop criteria of the refinement after poles are added, after poles are removed, and at the end.
 const STEPS_AFTER_ADDED: StopCriteria = StopCriteria {
     steps: 3,
     min_decrease: 1.0,
@@ -36,17 +36,17 @@ const FINAL_STEPS: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-8,
 };
 
-/// Most rounds of the judge, in each of which poles far apart are taken out together.
+/// Maximum number of removal rounds; each round removes redundant poles of separate windows.
 const MAX_REMOVAL_ROUNDS: usize = 40;
 
-/// Rounds of departures and poles at the end.
+/// Final iterations of model error and poles.
 const MAX_ITERATIONS: usize = 3;
 
-/// Operations of the growth, and of the whole search, about, on condensed lines: some seconds of a processor. Beyond the second, poles are
-/// judged and refined with few steps.
+/// Approximate limits of the operations on compressed lines, for adding poles and for the whole search: some seconds of processor time.
+/// Beyond the second limit, poles are tested and refined with few steps.
 const MAX_WORK: (f64, f64) = (5e10, 7e10);
 
-/// The steps of those.
+/// Stop criteria beyond the work limit.
 const STEPS_BEYOND_WORK: StopCriteria = StopCriteria {
     steps: 2,
     min_decrease: 1.0,
@@ -57,40 +57,40 @@ const STEPS_BEYOND_WORK: StopCriteria = StopCriteria {
 pub(super) struct ModelErrorSearch<'a> {
     /// Lines and responses.
     pub lines: &'a ScaledResponses,
-    /// Variance of the noise alone.
+    /// Noise variance by response and line.
     pub noise: &'a [Vec<f64>],
     /// Options of the pole selection.
     pub options: StepwiseOptions,
 }
 
-/// A fit under a variance of its own.
+/// Fit with its variance and weights.
 pub(super) struct WeightedFit {
-    /// The variance.
+    /// Variance by response and line.
     pub variance: Vec<Vec<f64>>,
-    /// As weights.
+    /// Separable approximation of the variance.
     pub weights: SeparableWeights,
-    /// All lines.
-    pub all: WhitenedProblem,
-    /// The lines that the fit was made on.
-    fewer: WhitenedProblem,
+    /// Problem on all lines, without compression.
+    pub raw: WhitenedProblem,
+    /// Compressed problem of the fit.
+    reduced: WhitenedProblem,
     /// Poles and coefficients.
     pub fit: ModelFit,
 }
 
-/// Result of the search.
+/// Fit of the search with the model error and covariance of its poles.
 pub(super) struct ModelErrorFit {
-    /// The fit.
+    /// Weighted fit.
     pub state: WeightedFit,
     /// Departure of each pole from the model.
     pub departures: Vec<ModeDeviation>,
     /// Covariance of the poles under the variance.
     pub covariance: PoleCovariance,
-    /// The growth ended at the work allowed.
+    /// True if the work limit ended the addition of poles.
     pub is_out_of_work: bool,
 }
 
 impl ModelErrorSearch<'_> {
-    /// Responses that may differ about a pole: by hit, else each alone.
+    /// Groups of responses whose poles may differ: one per hit, otherwise one per response.
     pub fn groups(&self) -> Vec<Vec<usize>> {
         match self.lines.hits.is_empty() {
             true => (0..self.lines.h.len()).map(|i| vec![i]).collect(),
@@ -102,7 +102,7 @@ impl ModelErrorSearch<'_> {
         !self.lines.hits.is_empty()
     }
 
-    /// A model brought to its place under a variance.
+    /// Refines a model with a given variance.
     fn state(
         &self,
         variance: Vec<Vec<f64>>,
@@ -111,10 +111,10 @@ impl ModelErrorSearch<'_> {
         effort: &mut FitEffort,
     ) -> WeightedFit {
         let weights = SeparableWeights::mean(&variance);
-        let all = self.lines.shared_problem(&weights, ModelTerms::FULL);
-        let enough = Compressor::new(&all).compress(model, &[]);
-        let fewer = enough.problem.into_owned();
-        let problem = std::slice::from_ref(&fewer);
+        let raw = self.lines.shared_problem(&weights, ModelTerms::FULL);
+        let compressed = Compressor::new(&raw).compress(model, &[]);
+        let reduced = compressed.problem.into_owned();
+        let problem = std::slice::from_ref(&reduced);
         let cancel = match effort.work > MAX_WORK.1 {
             true => STEPS_BEYOND_WORK,
             false => cancel,
@@ -126,13 +126,13 @@ impl ModelErrorSearch<'_> {
             cancel,
         );
         effort.steps += fit.steps;
-        effort.work += fit.steps as f64 * step_work(&fewer, model.poles.len(), NUMERATORS);
+        effort.work += fit.steps as f64 * step_work(&reduced, model.poles.len(), NUMERATORS);
         WeightedFit {
             variance,
             weights,
             fit,
-            fewer,
-            all,
+            reduced,
+            raw,
         }
     }
 
@@ -145,9 +145,9 @@ impl ModelErrorSearch<'_> {
         }
     }
 
-    /// The fit as windows see it.
+    /// Fit of the whole band, the input of [`PoleWindow`](super::windowed::PoleWindow).
     pub fn band(&self, state: &WeightedFit) -> BandFit<'_> {
-        let e = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
+        let e = residual(&state.raw, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
         BandFit {
             lines: self.lines,
             noise: self.noise,
@@ -156,26 +156,26 @@ impl ModelErrorSearch<'_> {
         }
     }
 
-    /// Departures while poles are sought.
+    /// Assumed model error of the poles during the search.
     fn assumed_model_error(&self, state: &WeightedFit) -> Vec<ModeDeviation> {
         let model = &state.fit.model;
         let tau = match self.by_hit() {
-            true => scatter(&state.fewer, &state.fit, NUMERATORS, &self.lines.hits),
+            true => scatter(&state.reduced, &state.fit, NUMERATORS, &self.lines.hits),
             false => vec![0.0; model.poles.len()],
         };
-        let of = |(pole, tau): (&ScaledPole, f64)| ModeDeviation {
+        let deviation = |(pole, tau): (&ScaledPole, f64)| ModeDeviation {
             share: MODEL_ERROR_SHARE,
             scatter: tau,
             width: MAX_POLE_WIDTH_LINES * pole.w,
         };
-        model.poles.iter().zip(tau).map(of).collect()
+        model.poles.iter().zip(tau).map(deviation).collect()
     }
 
     fn variance(&self, state: &WeightedFit, departures: &[ModeDeviation]) -> Vec<Vec<f64>> {
         variance(self.lines, 0, self.noise, &self.modes(state), departures)
     }
 
-    /// The fit once its variance has followed its poles.
+    /// Updates the variance for the present poles and refines the fit.
     fn iterate_variance(
         &self,
         state: &WeightedFit,
@@ -186,7 +186,7 @@ impl ModelErrorSearch<'_> {
         self.state(variance, &state.fit.model, cancel, effort)
     }
 
-    /// Poles, judged and refined, with what they depart by.
+    /// Runs the search: adds, tests and refines poles and estimates their model error.
     pub fn run(
         &self,
         start: &PoleModel,
@@ -198,36 +198,36 @@ impl ModelErrorSearch<'_> {
             true => first,
             false => self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
         };
-        let before = effort.work;
+        let initial_work = effort.work;
         state = self.grow(state, evidence, effort);
-        let is_out_of_work = effort.work - before > MAX_WORK.0;
+        let is_out_of_work = effort.work - initial_work > MAX_WORK.0;
         if self.options.fixed_pole_count.is_some() {
             return self.finish(state, effort);
         }
-        state = self.judge(state, effort);
-        let mut found = ModelErrorFit {
+        state = self.remove_redundant(state, effort);
+        let mut result = ModelErrorFit {
             is_out_of_work,
             ..self.finish(state, effort)
         };
-        // Under the departures that hits show poles move, some of them into the place of another.
+        // The scatter between hits shifts poles, which may make others redundant.
         while self.by_hit() && effort.work < MAX_WORK.1 {
-            let count = found.state.fit.model.poles.len();
-            let judged = self.judge(found.state, effort);
-            if judged.fit.model.poles.len() == count {
+            let count = result.state.fit.model.poles.len();
+            let tested = self.remove_redundant(result.state, effort);
+            if tested.fit.model.poles.len() == count {
                 return ModelErrorFit {
-                    state: judged,
-                    ..found
+                    state: tested,
+                    ..result
                 };
             }
-            found = ModelErrorFit {
+            result = ModelErrorFit {
                 is_out_of_work,
-                ..self.finish(judged, effort)
+                ..self.finish(tested, effort)
             };
         }
-        found
+        result
     }
 
-    /// The fit with the given poles, none added or judged.
+    /// Fits given poles without adding or removing any.
     pub fn refit(&self, poles: &[ScaledPole], effort: &mut FitEffort) -> ModelErrorFit {
         let model = PoleModel {
             poles: poles.to_vec(),
@@ -246,22 +246,22 @@ impl ModelErrorSearch<'_> {
         evidence: &mut Vec<SelectionStep>,
         effort: &mut FitEffort,
     ) -> WeightedFit {
-        let mut refused = Vec::new();
-        let already = effort.work;
+        let mut rejected = Vec::new();
+        let initial_work = effort.work;
         loop {
-            let allowed = MAX_WORK.0 - (effort.work - already);
-            let mut growth = StepwiseSearch::new(&state.all, NUMERATORS, self.options, allowed);
-            growth.rejected = std::mem::take(&mut refused);
-            let (grown, is_more) = growth.add_round(&state.fit.model, evidence);
-            effort.scans += grown.scans;
-            effort.steps += grown.steps;
-            effort.work += grown.work;
-            refused = grown.rejected;
-            let before = state.fit.model.poles.len();
-            let changed = is_more || grown.fit.model.poles.len() != before;
+            let work_limit = MAX_WORK.0 - (effort.work - initial_work);
+            let mut search = StepwiseSearch::new(&state.raw, NUMERATORS, self.options, work_limit);
+            search.rejected = std::mem::take(&mut rejected);
+            let (round, is_more) = search.add_round(&state.fit.model, evidence);
+            effort.scans += round.scans;
+            effort.steps += round.steps;
+            effort.work += round.work;
+            rejected = round.rejected;
+            let count = state.fit.model.poles.len();
+            let changed = is_more || round.fit.model.poles.len() != count;
             if changed {
-                state.fewer = grown.compressed.unwrap_or_else(|| state.all.clone());
-                state.fit = grown.fit;
+                state.reduced = round.compressed.unwrap_or_else(|| state.raw.clone());
+                state.fit = round.fit;
                 state = self.iterate_variance(&state, STEPS_AFTER_ADDED, effort);
             }
             if !is_more {
@@ -270,41 +270,41 @@ impl ModelErrorSearch<'_> {
         }
     }
 
-    fn judge(&self, mut state: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
+    fn remove_redundant(&self, mut state: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
         let groups = self.groups();
-        let judge = PoleSignificance {
-            threshold: StepwiseSearch::new(&state.all, NUMERATORS, self.options, 0.0).threshold,
+        let criteria = PoleSignificance {
+            threshold: StepwiseSearch::new(&state.raw, NUMERATORS, self.options, 0.0).threshold,
             groups: &groups,
             by_hit: self.by_hit() && groups.len() >= MIN_GROUPS,
         };
         let mut needed = Vec::new();
         let (mut is_last, mut is_unchanged) = (false, true);
         for _ in 0..MAX_REMOVAL_ROUNDS {
-            let needless = judge.needless(&self.band(&state), &mut needed);
-            if needless.is_empty() {
+            let redundant = criteria.redundant(&self.band(&state), &mut needed);
+            if redundant.is_empty() {
                 if is_last || is_unchanged {
                     break;
                 }
-                // Once more, all of them, where the others are now.
+                // Tests all poles once more with the refined model.
                 is_last = true;
                 needed.clear();
                 continue;
             }
             is_unchanged = false;
             let mut model = state.fit.model.clone();
-            for one in &needless {
-                let moves =
-                    |p: &ScaledPole| one.others.iter().any(|o| is_same(p, &model.poles[o.0]));
-                needed.retain(|p: &ScaledPole| !moves(p));
+            for pole in &redundant {
+                let is_neighbour =
+                    |p: &ScaledPole| pole.others.iter().any(|o| is_same(p, &model.poles[o.0]));
+                needed.retain(|p: &ScaledPole| !is_neighbour(p));
             }
-            for &(r, pole) in needless.iter().flat_map(|n| &n.others) {
+            for &(r, pole) in redundant.iter().flat_map(|n| &n.others) {
                 model.poles[r] = pole;
             }
-            let gone: Vec<usize> = needless.iter().map(|n| n.pole).collect();
-            let mut at = 0..model.poles.len();
+            let removed: Vec<usize> = redundant.iter().map(|n| n.pole).collect();
+            let mut indices = 0..model.poles.len();
             model
                 .poles
-                .retain(|_| at.next().is_some_and(|r| !gone.contains(&r)));
+                .retain(|_| indices.next().is_some_and(|r| !removed.contains(&r)));
             state = self.state(state.variance, &model, STEPS_AFTER_ADDED, effort);
             state = self.iterate_variance(
                 &self.iterate_variance(&state, STEPS_AFTER_REMOVED, effort),
@@ -315,7 +315,7 @@ impl ModelErrorSearch<'_> {
         state
     }
 
-    /// Departures as they are measured, the poles under them, and their covariance.
+    /// Estimates the model error, refines the poles with it, and computes their covariance.
     fn finish(&self, mut state: WeightedFit, effort: &mut FitEffort) -> ModelErrorFit {
         let groups = self.groups();
         let mut departures = Vec::new();
@@ -325,30 +325,30 @@ impl ModelErrorSearch<'_> {
             let model = state.fit.model.clone();
             state = self.state(variance, &model, FINAL_STEPS, effort);
         }
-        let certain = covariance(std::slice::from_ref(&state.fewer), &state.fit, NUMERATORS);
+        let covariance = covariance(std::slice::from_ref(&state.reduced), &state.fit, NUMERATORS);
         ModelErrorFit {
             state,
             departures,
-            covariance: certain,
+            covariance,
             is_out_of_work: false,
         }
     }
 
-    /// Departure of every mode from the model.
+    /// Estimates the model error of each mode.
     pub fn estimate_model_error(
         &self,
         state: &WeightedFit,
         groups: &[Vec<usize>],
     ) -> Vec<ModeDeviation> {
         let band = self.band(state);
-        let all: Vec<usize> = (0..self.lines.h.len()).collect();
-        let tau = scatter(&state.fewer, &state.fit, NUMERATORS, groups);
+        let responses: Vec<usize> = (0..self.lines.h.len()).collect();
+        let tau = scatter(&state.reduced, &state.fit, NUMERATORS, groups);
         (0..band.modes.poles.len())
             .map(|r| ModeDeviation {
                 share: misfit(
                     self.lines,
                     0,
-                    &all,
+                    &responses,
                     &band.residual,
                     self.noise,
                     &band.modes,
@@ -361,22 +361,22 @@ impl ModelErrorSearch<'_> {
     }
 }
 
-/// Whitened residuals as those of the scaled responses.
+/// Converts whitened residuals to residuals of the scaled responses.
 pub(super) fn unweighted_residuals(
     lines: &ScaledResponses,
     weights: &SeparableWeights,
-    left: &Matrix,
+    whitened: &Matrix,
 ) -> Vec<Vec<Complex>> {
     let n = lines.x.len();
-    let unit = |i: usize, k: usize| {
+    let scale = |i: usize, k: usize| {
         let variance = weights.by_response[i] * weights.by_line[k];
         (variance / 2.0 / lines.independence).sqrt()
     };
     (0..lines.h.len())
         .map(|i| {
-            let column = left.col_as_slice(i);
+            let column = whitened.col_as_slice(i);
             (0..n)
-                .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
+                .map(|k| Complex::new(column[k], column[n + k]) * scale(i, k))
                 .collect()
         })
         .collect()

@@ -10,31 +10,31 @@ use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{ScaledPole, WhitenedProblem};
 
-/// Nonlinear parameters: poles, and delays in units of the inverse of the highest line's angular frequency.
+/// Nonlinear parameters: poles and delays, in units of the angular frequency of the highest line and its inverse.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PoleModel {
     /// Pole pairs.
     pub poles: Vec<ScaledPole>,
-    /// None, one for all, or one per response.
+    /// Delays: none, one for all responses, or one per response.
     pub delays: Vec<f64>,
 }
 
-/// The linear fit of one problem at given poles.
+/// Linear least-squares fit of one problem at given poles.
 #[derive(Debug, Clone)]
 pub(super) struct LinearFit {
-    /// Factors of the basis with columns of length one.
+    /// QR factors of the basis with normalised columns.
     pub qr: ThinQr,
-    /// Lengths of the columns before.
+    /// Norms of the columns before normalisation.
     pub column_norms: Vec<f64>,
-    /// Coefficients of the columns of length one, by response.
+    /// Coefficients of the normalised columns, one column per response.
     pub c: Matrix,
-    /// Residual.
+    /// Whitened residual, one column per response.
     pub e: Matrix,
-    /// `Σ e²`, and what the problem leaves out.
+    /// `Σ e²` plus the energy of the omitted lines.
     pub chi2: f64,
 }
 
-/// Share of the data below which a residual is projected twice, since rounding of the first projection would be visible.
+/// Residual relative to the data (in squares) below which the projection is repeated to remove the rounding of the first.
 const REPROJECT_SHARE: f64 = 1e-8;
 
 /// Projects the data of a problem on the basis of a model.
@@ -44,7 +44,7 @@ pub(super) fn project(
     numerators: usize,
 ) -> LinearFit {
     let mut x = problem.basis(&model.poles, numerators);
-    let length: Vec<f64> = (0..x.ncols())
+    let column_norms: Vec<f64> = (0..x.ncols())
         .map(|j| {
             let column = x.col_as_slice_mut(j);
             let norm = column.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -54,37 +54,37 @@ pub(super) fn project(
         })
         .collect();
     let qr = thin_qr(&x);
-    let y = undelayed(problem, model);
+    let y = compensate_delays(problem, model);
     let y = y.as_ref().unwrap_or(&problem.y);
-    let first = transposed_product(&qr.q, y);
-    let mut e = sub_product(y, &qr.q, &first);
-    let mut inner = first;
+    let coefficients = transposed_product(&qr.q, y);
+    let mut e = sub_product(y, &qr.q, &coefficients);
+    let mut projections = coefficients;
     let mut squares = sum_of_squares(&e);
-    if squares < REPROJECT_SHARE * sum_of_squares(&inner) {
-        let again = transposed_product(&qr.q, &e);
-        e = sub_product(&e, &qr.q, &again);
-        inner += again;
+    if squares < REPROJECT_SHARE * sum_of_squares(&projections) {
+        let correction = transposed_product(&qr.q, &e);
+        e = sub_product(&e, &qr.q, &correction);
+        projections += correction;
         squares = sum_of_squares(&e);
     }
-    let c = qr.solve(&inner);
+    let c = qr.solve(&projections);
     let chi2 = problem.omitted_energy + squares;
     LinearFit {
         qr,
-        column_norms: length,
+        column_norms,
         c,
         e,
         chi2,
     }
 }
 
-/// `Σ a²`.
+/// Squared Frobenius norm `Σ a²`.
 pub(super) fn sum_of_squares(a: &Matrix) -> f64 {
     (0..a.ncols())
         .map(|i| a.col_as_slice(i).iter().map(|v| v * v).sum::<f64>())
         .sum()
 }
 
-/// Residual of the data of a problem, with the coefficients fitted on fewer lines.
+/// Residual of the data of a problem with the coefficients of a fit to fewer lines.
 pub(super) fn residual(
     problem: &WhitenedProblem,
     model: &PoleModel,
@@ -95,14 +95,14 @@ pub(super) fn residual(
     let c = Matrix::from_fn(fit.c.nrows(), fit.c.ncols(), |row, i| {
         fit.c[(row, i)] / fit.column_norms[row]
     });
-    let y = undelayed(problem, model);
-    let left = sub_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
+    let y = compensate_delays(problem, model);
+    let residual = sub_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
     registers::zero_upper();
-    left
+    residual
 }
 
-/// Data turned back by the delays, `Y e^{jxτ}`; `None` without delays.
-fn undelayed(problem: &WhitenedProblem, model: &PoleModel) -> Option<Matrix> {
+/// Data compensated for the delays, `Y e^{jxτ}`; `None` without delays.
+fn compensate_delays(problem: &WhitenedProblem, model: &PoleModel) -> Option<Matrix> {
     if model.delays.is_empty() {
         return None;
     }
@@ -120,7 +120,7 @@ fn undelayed(problem: &WhitenedProblem, model: &PoleModel) -> Option<Matrix> {
     Some(y)
 }
 
-/// Half the second derivatives of χ² (Gauss–Newton) and half its gradient, over `(w/σ, ln σ)` of every pole, then the delays.
+/// Gauss–Newton equations: half the Hessian and half the gradient of χ², over `(w/σ, ln σ)` of every pole, then the delays.
 #[derive(Debug, Clone)]
 pub(super) struct GaussNewtonEquations {
     /// `JᵀJ`.
@@ -129,8 +129,8 @@ pub(super) struct GaussNewtonEquations {
     pub g: Vec<f64>,
 }
 
-/// Adds what every problem says of the parameters.
-pub(super) fn normal(
+/// Gauss–Newton equations summed over all problems.
+pub(super) fn normal_equations(
     problems: &[impl Borrow<WhitenedProblem>],
     model: &PoleModel,
     numerators: usize,
@@ -163,13 +163,13 @@ fn add_poles(
     }
 }
 
-/// Products of the derivatives with each other, the basis projected out.
+/// Gram matrix of the derivatives after projecting out the basis.
 fn gram(d: &Matrix, fit: &LinearFit) -> Matrix {
     let in_span = transposed_product(&fit.qr.q, d);
     transposed_product(d, d) - transposed_product(&in_span, &in_span)
 }
 
-/// The same for groups of the responses of a problem, separately; without delays.
+/// Gauss–Newton equations of each group of responses of a problem, without delays.
 pub(super) fn normal_by_group(
     problem: &WhitenedProblem,
     model: &PoleModel,
@@ -181,22 +181,22 @@ pub(super) fn normal_by_group(
     let d = problem.derivatives(&model.poles, numerators, &fit.column_norms);
     let gram = gram(&d, fit);
     let slope = transposed_product(&d, &fit.e);
-    let of = |all: &Matrix, group: &[usize]| {
-        Matrix::from_fn(all.nrows(), group.len(), |row, i| all[(row, group[i])])
+    let select_columns = |m: &Matrix, group: &[usize]| {
+        Matrix::from_fn(m.nrows(), group.len(), |row, i| m[(row, group[i])])
     };
-    let one = |group: &Vec<usize>| {
+    let equations = |group: &Vec<usize>| {
         let mut sum = GaussNewtonEquations {
             a: Matrix::zeros(size, size),
             g: vec![0.0; size],
         };
-        let (slope, c) = (of(&slope, group), of(&fit.c, group));
+        let (slope, c) = (select_columns(&slope, group), select_columns(&fit.c, group));
         add_responses(size / 2, numerators, &gram, &slope, &c, &mut sum);
         sum
     };
-    groups.iter().map(one).collect()
+    groups.iter().map(equations).collect()
 }
 
-/// Adds what responses with the coefficients `c` say of `np` poles.
+/// Adds the equations of `np` poles for responses with coefficients `c`.
 fn add_responses(
     np: usize,
     numerators: usize,
@@ -228,7 +228,7 @@ fn add_responses(
     }
 }
 
-/// `∂E_i/∂τ_i = P⊥ (jx Ŷ_i)`.
+/// Adds the equations of the delays: `∂E_i/∂τ_i = P⊥ (jx Ŷ_i)`.
 fn add_delays(
     problem: &WhitenedProblem,
     model: &PoleModel,
@@ -239,20 +239,20 @@ fn add_delays(
 ) {
     let np = model.poles.len();
     let n = problem.lines();
-    let mut turned = &fit.qr.q * (&fit.qr.r * &fit.c);
-    for i in 0..turned.ncols() {
-        let column = turned.col_as_slice_mut(i);
+    let mut derivatives = &fit.qr.q * (&fit.qr.r * &fit.c);
+    for i in 0..derivatives.ncols() {
+        let column = derivatives.col_as_slice_mut(i);
         for k in 0..n {
             let z = Complex::new(column[k], column[n + k]) * Complex::new(0.0, problem.x[k]);
             super::basis::set_complex(column, k, n, z);
         }
     }
-    let shared = transposed_product(&fit.qr.q, &turned);
-    let turned = sub_product(&turned, &fit.qr.q, &shared);
-    let cross = transposed_product(d, &turned);
-    for i in 0..turned.ncols() {
+    let projections = transposed_product(&fit.qr.q, &derivatives);
+    let derivatives = sub_product(&derivatives, &fit.qr.q, &projections);
+    let cross = transposed_product(d, &derivatives);
+    for i in 0..derivatives.ncols() {
         let at = 2 * np + (problem.first + i).min(model.delays.len() - 1);
-        let column = turned.col_as_slice(i);
+        let column = derivatives.col_as_slice(i);
         sum.a[(at, at)] += column.iter().map(|v| v * v).sum::<f64>();
         let e = fit.e.col_as_slice(i);
         sum.g[at] += column.iter().zip(e).map(|(a, b)| a * b).sum::<f64>();
@@ -266,27 +266,27 @@ fn add_delays(
     }
 }
 
-/// When to stop refining.
+/// Termination criteria of the refinement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StopCriteria {
-    /// Most steps.
+    /// Maximum number of steps.
     pub steps: usize,
-    /// A predicted fall of χ² below this ends the search.
+    /// Predicted decrease of χ² below which the iteration ends.
     pub min_decrease: f64,
-    /// Or below this share of χ².
+    /// Predicted decrease relative to χ² below which the iteration ends.
     pub min_relative_decrease: f64,
 }
 
-/// A model with its fits.
+/// Pole model with its linear fits.
 #[derive(Debug, Clone)]
 pub(super) struct ModelFit {
-    /// The poles.
+    /// Poles and delays.
     pub model: PoleModel,
-    /// One per problem.
+    /// Linear fits, one per problem.
     pub fits: Vec<LinearFit>,
-    /// Sum over the problems.
+    /// χ² summed over the problems.
     pub chi2: f64,
-    /// Steps tried.
+    /// Number of trial steps.
     pub steps: usize,
 }
 
@@ -308,70 +308,70 @@ pub(super) fn fit_at(
     }
 }
 
-/// First damping of a step, and the factors it falls and rises by.
+/// Initial Levenberg–Marquardt damping, and its factors after an accepted and a rejected step.
 const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
 
-/// Beyond this damping a step no longer moves anything.
+/// Damping above which steps are negligible and the iteration ends.
 const MAX_DAMPING: f64 = 1e10;
 
-/// Moves poles and delays to the least χ² nearby.
+/// Refines poles and delays to a local minimum of χ² by Levenberg–Marquardt.
 pub(super) fn refine(
     problems: &[impl Borrow<WhitenedProblem>],
     start: ModelFit,
     numerators: usize,
-    cancel: StopCriteria,
+    criteria: StopCriteria,
 ) -> ModelFit {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
         return best;
     }
     let mut damping = DAMPING.0;
-    let mut tried = 0;
-    'outer: while tried < cancel.steps {
-        let normal = normal(problems, &best.model, numerators, &best.fits);
+    let mut n_steps = 0;
+    'outer: while n_steps < criteria.steps {
+        let normal = normal_equations(problems, &best.model, numerators, &best.fits);
         loop {
-            let Some((step, fall)) = step(&normal, damping) else {
+            let Some((step, decrease)) = step(&normal, damping) else {
                 damping *= DAMPING.2;
                 if damping > MAX_DAMPING {
                     break 'outer;
                 }
                 continue;
             };
-            if fall
-                < cancel
+            if decrease
+                < criteria
                     .min_decrease
-                    .max(cancel.min_relative_decrease * best.chi2)
+                    .max(criteria.min_relative_decrease * best.chi2)
             {
                 break 'outer;
             }
             let next = fit_at(problems, &apply_step(&best.model, &step), numerators);
-            tried += 1;
+            n_steps += 1;
             if next.chi2 < best.chi2 {
                 best = ModelFit { steps: 0, ..next };
                 damping = (damping * DAMPING.1).max(1e-12);
                 break;
             }
             damping *= DAMPING.2;
-            if damping > MAX_DAMPING || tried >= cancel.steps {
+            if damping > MAX_DAMPING || n_steps >= criteria.steps {
                 break 'outer;
             }
         }
     }
-    best.steps = tried;
+    best.steps = n_steps;
     best
 }
 
-/// The undamped step to the least χ² by the residuals of a fit, over `(w/σ, ln σ)` of every pole; `None` where the equations are singular.
+/// Undamped Gauss–Newton step from a fit, over `(w/σ, ln σ)` of every pole, then the delays; `None` if the equations are singular.
 pub(super) fn step_to(
     problems: &[impl Borrow<WhitenedProblem>],
     fit: &ModelFit,
     numerators: usize,
 ) -> Option<Vec<f64>> {
-    let normal = normal(problems, &fit.model, numerators, &fit.fits);
+    let normal = normal_equations(problems, &fit.model, numerators, &fit.fits);
     step(&normal, 0.0).map(|(step, _)| step)
 }
 
-/// A damped step and the fall of χ² it predicts; `None` where the equations are singular.
+/// Damped step and its predicted decrease of χ²; `None` if the equations are singular.
 fn step(normal: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
     let n = normal.g.len();
     let scale: Vec<f64> = (0..n)
@@ -387,25 +387,25 @@ fn step(normal: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> 
         let value = normal.a[(i, j)] * scale[i] * scale[j];
         if i == j { 1.0 + damping } else { value }
     });
-    let right = Matrix::from_fn(n, 1, |i, _| -normal.g[i] * scale[i]);
+    let rhs = Matrix::from_fn(n, 1, |i, _| -normal.g[i] * scale[i]);
     let l = cholesky(&damped).ok()?;
-    let solution = solve_lower_transposed(&l, &solve_lower(&l, &right));
+    let solution = solve_lower_transposed(&l, &solve_lower(&l, &rhs));
     let step: Vec<f64> = (0..n).map(|i| solution[(i, 0)] * scale[i]).collect();
-    let mut fall = 0.0;
+    let mut decrease = 0.0;
     for i in 0..n {
-        fall -= 2.0 * normal.g[i] * step[i];
-        fall -= (0..n)
+        decrease -= 2.0 * normal.g[i] * step[i];
+        decrease -= (0..n)
             .map(|j| step[i] * normal.a[(i, j)] * step[j])
             .sum::<f64>();
     }
-    fall.is_finite().then_some((step, fall))
+    decrease.is_finite().then_some((step, decrease))
 }
 
-/// Poles stay within these frequencies and real parts, in units of the highest line.
+/// Ranges of the frequencies and real parts of poles, in units of the highest line.
 const FREQUENCY_RANGE: (f64, f64) = (1e-6, 4.0);
 const REAL_PART_RANGE: (f64, f64) = (1e-13, 8.0);
 
-/// A pole moves by its own half-width at most, and by a factor e in damping.
+/// Applies a step, limited to one half-width in frequency and a factor e in damping for each pole.
 fn apply_step(model: &PoleModel, step: &[f64]) -> PoleModel {
     let np = model.poles.len();
     let poles = model
@@ -413,8 +413,8 @@ fn apply_step(model: &PoleModel, step: &[f64]) -> PoleModel {
         .iter()
         .enumerate()
         .map(|(r, pole)| {
-            let longest = step[2 * r].abs().max(step[2 * r + 1].abs()).max(1.0);
-            let (dw, ds) = (step[2 * r] / longest, step[2 * r + 1] / longest);
+            let scale = step[2 * r].abs().max(step[2 * r + 1].abs()).max(1.0);
+            let (dw, ds) = (step[2 * r] / scale, step[2 * r + 1] / scale);
             ScaledPole {
                 w: (pole.w + pole.sigma * dw)
                     .max(0.5 * pole.w)

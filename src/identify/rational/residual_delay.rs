@@ -1,32 +1,32 @@
-//! Delay that a fit without a delay leaves in its residues.
+//! Residual delay: the delay contained in the residues of a fit without a delay.
 //!
-//! A normal mode has a receptance residue `R = a/(2jω)`, a real. A delay τ turns it to `R e^{−jωτ}`, so that the phases of `jR`, taken
-//! modulo 180°, lie on a line through zero of slope −τ over the frequencies of the modes.
+//! A normal mode has a receptance residue `R = a/(2jω)`, a real. A delay τ changes it to `R e^{−jωτ}`, so that the phases of `jR`, modulo
+//! 180°, lie on a line through the origin of slope −τ over the angular frequencies of the modes.
 
 use super::RationalFit;
 use crate::numeric::Complex;
 use crate::numeric::statistics::student_t_quantile;
 
-/// Fewer modes do not tell a delay from complex shapes.
+/// Least number of modes that distinguishes a delay from complex shapes.
 const MIN_MODES: usize = 3;
 
-/// Modes with a gain below this share of the strongest are left out: their residues hold the skirts of others.
+/// Least gain of a mode relative to the strongest; residues of weaker modes contain the skirts of others.
 const MIN_GAIN_SHARE: f64 = 0.01;
 
-/// A delay is reported where chance shows one in a hundred fits, over all responses, …
+/// Significance level of a delay, over all responses of a fit.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// … and it turns the highest mode by more than this, rad (1°).
+/// Least phase of a reported delay at the highest mode, rad (1°).
 const MIN_PHASE: f64 = 0.017;
 
-/// Delays tried on either side of zero, in steps of this phase of the highest mode, rad, up to 180°.
+/// Step and number of the trial delays on either side of zero, as a phase of the highest mode, rad; up to 180°.
 const TRIAL_PHASE: f64 = 0.02;
 const TRIALS: i32 = 157;
 
-/// Share of the highest score that makes a delay a candidate; the shortest candidate is taken.
+/// Least score of a candidate delay relative to the highest; the shortest candidate is chosen.
 const TIE_SHARE: f64 = 0.85;
 
-/// A delay left in one response.
+/// Residual delay of one response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResidualDelay {
     /// Index of the response.
@@ -37,7 +37,7 @@ pub struct ResidualDelay {
     pub interval_s: f64,
 }
 
-/// The delays left in the responses, where they are significant; none where the fit has a delay of its own.
+/// Significant residual delays of the responses; empty if the fit includes a delay.
 pub fn residual_delays(fit: &RationalFit) -> Vec<ResidualDelay> {
     if fit.delay_s.iter().any(|d| *d != 0.0) {
         return Vec::new();
@@ -50,10 +50,10 @@ pub fn residual_delays(fit: &RationalFit) -> Vec<ResidualDelay> {
 }
 
 fn residual_delay(fit: &RationalFit, response: usize, significance: f64) -> Option<ResidualDelay> {
-    // (ω, jR over the damping: its length is the height of the peak)
+    // (ω, jR divided by the decay rate: its modulus is the height of the peak)
     let is_mode = |p: &Complex| {
-        let near = |m: &Complex| (m - p).norm() <= 1e-6 * p.norm();
-        fit.modes.iter().any(|m| near(&m.pole))
+        let is_equal = |m: &Complex| (m - p).norm() <= 1e-6 * p.norm();
+        fit.modes.iter().any(|m| is_equal(&m.pole))
     };
     let mut peaks: Vec<(f64, Complex)> = (fit.poles.iter().zip(&fit.residues[response]))
         .filter(|(p, _)| is_mode(p) && p.re != 0.0)
@@ -64,27 +64,27 @@ fn residual_delay(fit: &RationalFit, response: usize, significance: f64) -> Opti
     if peaks.len() < MIN_MODES {
         return None;
     }
-    let highest = peaks.iter().map(|p| p.0).fold(0.0, f64::max);
-    let axis = |(w, z): &(f64, Complex), delay: f64| 2.0 * (z.arg() + w * delay);
-    let score = |delay: f64| peaks.iter().map(|p| axis(p, delay).cos()).sum::<f64>();
+    let max_omega = peaks.iter().map(|p| p.0).fold(0.0, f64::max);
+    let angle = |(w, z): &(f64, Complex), delay: f64| 2.0 * (z.arg() + w * delay);
+    let score = |delay: f64| peaks.iter().map(|p| angle(p, delay).cos()).sum::<f64>();
     let trials: Vec<f64> = (0..=TRIALS)
-        .flat_map(|k| [1.0, -1.0].map(|sign| sign * f64::from(k) * TRIAL_PHASE / highest))
+        .flat_map(|k| [1.0, -1.0].map(|sign| sign * f64::from(k) * TRIAL_PHASE / max_omega))
         .collect();
     let best = trials.iter().map(|d| score(*d)).fold(0.0, f64::max);
     let mut delay = *trials.iter().find(|d| score(**d) >= TIE_SHARE * best)?;
-    // Least squares of the phases about the delay, each within ±90°, repeated as phases wrap.
-    let square: f64 = peaks.iter().map(|p| p.0 * p.0).sum();
-    let left =
-        |delay: f64, p: &(f64, Complex)| 0.5 * axis(p, delay).sin().atan2(axis(p, delay).cos());
+    // Least squares of the phase errors, each within ±90°; iterated because phases wrap.
+    let sum_of_squares: f64 = peaks.iter().map(|p| p.0 * p.0).sum();
+    let error =
+        |delay: f64, p: &(f64, Complex)| 0.5 * angle(p, delay).sin().atan2(angle(p, delay).cos());
     for _ in 0..20 {
-        delay -= peaks.iter().map(|p| p.0 * left(delay, p)).sum::<f64>() / square;
+        delay -= peaks.iter().map(|p| p.0 * error(delay, p)).sum::<f64>() / sum_of_squares;
     }
     let dofs = peaks.len() as f64 - 1.0;
-    let variance = peaks.iter().map(|p| left(delay, p).powi(2)).sum::<f64>() / dofs;
-    let deviation = (variance / square).sqrt();
+    let variance = peaks.iter().map(|p| error(delay, p).powi(2)).sum::<f64>() / dofs;
+    let deviation = (variance / sum_of_squares).sqrt();
     let is_significant = delay.abs()
         > student_t_quantile(1.0 - 0.5 * significance, dofs) * deviation
-        && delay.abs() * highest > MIN_PHASE;
+        && delay.abs() * max_omega > MIN_PHASE;
     is_significant.then(|| ResidualDelay {
         response,
         delay_s: delay,

@@ -1,40 +1,40 @@
 //! Scan for one more pole: gain `Σ_i |φᴴ E_i|² / |φ|²` of Lorentzians `φ = W/(s − p)`.
 //!
-//! Wide Lorentzians are correlated with decimated residuals and cut off at a few widths, so that every width costs about the same
-//! few operations per line; the correlations of a run of places with all responses are one product of matrices. Near a pole that
-//! is already there, what a new one can explain is judged by what is not shared.
+//! Wide Lorentzians are correlated with decimated residuals and truncated at a few widths, so that each width needs about the same
+//! number of operations per line. The correlations of a run of frequencies with all responses are one matrix product. Close to an
+//! existing pole, only the part of a Lorentzian that is not shared with it counts.
 
 use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{ScaledPole, WhitenedProblem};
 
-/// A place for a new pole, with the fall of χ² it promises.
+/// Candidate pole with its expected decrease of χ².
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ScanPeak {
-    /// Start values.
+    /// Initial estimate of the pole.
     pub pole: ScaledPole,
-    /// Expected fall of χ².
+    /// Expected decrease of χ².
     pub gain: f64,
 }
 
-/// Half-widths tried, in line spacings.
+/// Half-widths of the scan, in line spacings.
 const WIDTHS: [f64; 10] = [0.12, 0.5, 1.2, 3.0, 7.5, 18.0, 45.0, 110.0, 270.0, 660.0];
 
-/// Lines of a group, in half-widths; a Lorentzian is cut off at this many half-widths.
+/// Length of a group of lines, and truncation of a Lorentzian, in half-widths.
 const GROUP_HALF_WIDTHS: f64 = 0.5;
 const CUTOFF_HALF_WIDTHS: f64 = 6.0;
 
-/// Groups to either side of a Lorentzian at most: the widest that is not grouped has three lines to its half-width.
+/// Maximum number of groups to either side of a Lorentzian; the widest ungrouped one has three lines per half-width.
 const MAX_REACH: usize = 20;
 
-/// Fewest and most places of a run.
+/// Minimum and maximum number of frequencies in a run.
 const RUN_LEN_RANGE: (usize, usize) = (16, 64);
 
-/// A Lorentzian that shares more than this with a pole at hand is judged as if it shared this much, and less than that as if nothing.
+/// Upper limit of the share of a Lorentzian that overlaps an existing pole, and the share below which an overlap is neglected.
 const MAX_SHARED: f64 = 0.98;
 const MIN_SHARED: f64 = 0.01;
 
-/// Spacings that differ by less than this share of their median are uniform; printed frequencies are rounded.
+/// Relative deviation from the median spacing below which lines are uniform; printed frequencies are rounded.
 const SPACING_TOLERANCE: f64 = 1e-2;
 
 /// Median spacing of lines.
@@ -49,10 +49,10 @@ fn is_uniform(x: &[f64], step: f64) -> bool {
         .all(|x| (x[1] - x[0] - step).abs() < SPACING_TOLERANCE * step)
 }
 
-/// Local maxima over place, for every width, largest first; `left` is what the poles leave of the problem's data.
+/// Local maxima of the gain over frequency for each width, largest first; `residual` is the residual of the fit with `poles`.
 pub(super) fn scan(
     problem: &WhitenedProblem,
-    left: &Matrix,
+    residual: &Matrix,
     poles: &[ScaledPole],
 ) -> Vec<ScanPeak> {
     let n = problem.lines();
@@ -60,7 +60,7 @@ pub(super) fn scan(
     let uniform = is_uniform(&problem.x, step);
     let band = problem.x[n - 1] - problem.x[0];
     registers::zero_upper();
-    let single = LineGroups::ungrouped(problem, left);
+    let single = LineGroups::ungrouped(problem, residual);
     let mut peaks = Vec::new();
     for width in WIDTHS {
         let sigma = width * step;
@@ -91,18 +91,18 @@ fn push_local_maxima(gain: &[ScanPeak], poles: &[ScaledPole], peaks: &mut Vec<Sc
             shared[c] = shared[c].max(pole.overlap(&gain[c].pole));
         }
     }
-    let free: Vec<f64> = gain
+    let unshared: Vec<f64> = gain
         .iter()
         .zip(&shared)
         .map(|(peak, shared)| peak.gain / (1.0 - shared.min(MAX_SHARED)))
         .collect();
     for c in 0..gain.len() {
-        let left = c == 0 || free[c] >= free[c - 1];
-        let right = c + 1 == gain.len() || free[c] > free[c + 1];
+        let left = c == 0 || unshared[c] >= unshared[c - 1];
+        let right = c + 1 == gain.len() || unshared[c] > unshared[c + 1];
         if left && right {
             peaks.push(ScanPeak {
                 pole: gain[c].pole,
-                gain: free[c],
+                gain: unshared[c],
             });
         }
     }
@@ -110,9 +110,9 @@ fn push_local_maxima(gain: &[ScanPeak], poles: &[ScaledPole], peaks: &mut Vec<Sc
 
 /// Sums over groups of neighbouring lines.
 struct LineGroups {
-    /// Mean frequency of each.
+    /// Mean frequency of each group.
     x: Vec<f64>,
-    /// Spacing.
+    /// Spacing of the groups.
     step: f64,
     /// `Σ |factor|²`, with zeros before and after as in `sums`.
     weight: Vec<f64>,
@@ -124,14 +124,14 @@ struct LineGroups {
 const TRAILING_ROWS: usize = MAX_REACH + RUN_LEN_RANGE.1;
 
 impl LineGroups {
-    /// Every line by itself.
-    fn ungrouped(problem: &WhitenedProblem, left: &Matrix) -> LineGroups {
-        let (n, responses) = (problem.lines(), left.ncols());
+    /// Creates groups of single lines.
+    fn ungrouped(problem: &WhitenedProblem, residual: &Matrix) -> LineGroups {
+        let (n, responses) = (problem.lines(), residual.ncols());
         let size: Vec<f64> = problem.factor.iter().map(|f| f.norm_sqr().sqrt()).collect();
         let mut sums = Matrix::zeros(MAX_REACH + n + TRAILING_ROWS, 2 * responses);
         for column in 0..2 * responses {
             let half = if column < responses { 0 } else { n };
-            let from = &left.col_as_slice(column % responses)[half..half + n];
+            let from = &residual.col_as_slice(column % responses)[half..half + n];
             let to = &mut sums.col_as_slice_mut(column)[MAX_REACH..MAX_REACH + n];
             for k in 0..n {
                 to[k] = size[k] * from[k];
@@ -149,21 +149,21 @@ impl LineGroups {
         }
     }
 
-    /// So many lines at a time.
+    /// Sums groups of `size` lines.
     fn sum_groups(&self, size: usize) -> LineGroups {
         let lines = self.x.len();
         let n = lines.div_ceil(size);
-        let into = |from: &[f64], to: &mut [f64]| {
+        let sum_chunks = |from: &[f64], to: &mut [f64]| {
             let groups = from[MAX_REACH..MAX_REACH + lines].chunks(size);
             for (to, group) in to[MAX_REACH..].iter_mut().zip(groups) {
                 *to = group.iter().sum();
             }
         };
         let mut weight = vec![0.0; MAX_REACH + n + TRAILING_ROWS];
-        into(&self.weight, &mut weight);
+        sum_chunks(&self.weight, &mut weight);
         let mut sums = Matrix::zeros(MAX_REACH + n + TRAILING_ROWS, self.sums.ncols());
         for j in 0..sums.ncols() {
-            into(self.sums.col_as_slice(j), sums.col_as_slice_mut(j));
+            sum_chunks(self.sums.col_as_slice(j), sums.col_as_slice_mut(j));
         }
         LineGroups {
             x: self
@@ -177,7 +177,7 @@ impl LineGroups {
         }
     }
 
-    /// Gain with a pole of real part `−sigma` at every group, `offset` of a group further up.
+    /// Gain of a pole of real part `−sigma` at each group, shifted up by `offset` group spacings.
     fn gains(&self, sigma: f64, offset: f64, uniform: bool) -> Vec<ScanPeak> {
         let n = self.x.len();
         let reach = ((CUTOFF_HALF_WIDTHS * sigma / self.step).ceil() as usize + 2).min(MAX_REACH);
@@ -185,23 +185,23 @@ impl LineGroups {
         let span = run + 2 * reach;
         let responses = self.sums.ncols() / 2;
         let mut peaks = Vec::with_capacity(n);
-        // conjugates of the Lorentzians of a run: real parts, then imaginary parts, by place
+        // conjugates of the Lorentzians of a run: real parts, then imaginary parts, by frequency
         let mut kernel = Matrix::zeros(2 * run, span);
         let mut square = Matrix::zeros(span, run);
         for first in (0..n).step_by(run) {
             if first == 0 || !uniform {
-                for place in 0..run {
+                for index in 0..run {
                     for tap in 0..=2 * reach {
                         let distance = if uniform {
                             (tap as f64 - reach as f64 - offset) * self.step
                         } else {
-                            self.distance(first + place, tap as isize - reach as isize)
+                            self.distance(first + index, tap as isize - reach as isize)
                                 - offset * self.step
                         };
                         let z = lorentzian(distance, sigma);
-                        kernel[(place, place + tap)] = z.re;
-                        kernel[(run + place, place + tap)] = -z.im;
-                        square[(place + tap, place)] = z.norm_sqr();
+                        kernel[(index, index + tap)] = z.re;
+                        kernel[(run + index, index + tap)] = -z.im;
+                        square[(index + tap, index)] = z.norm_sqr();
                     }
                 }
             }
@@ -209,23 +209,23 @@ impl LineGroups {
             let sums = &kernel * self.sums.subrows(from, span);
             registers::zero_upper();
             let weight = &self.weight[from..from + span];
-            for place in 0..run.min(n - first) {
-                let part = place..place + 2 * reach + 1;
-                let norm: f64 = square.col_as_slice(place)[part.clone()]
+            for index in 0..run.min(n - first) {
+                let part = index..index + 2 * reach + 1;
+                let norm: f64 = square.col_as_slice(index)[part.clone()]
                     .iter()
                     .zip(&weight[part])
                     .map(|(z, w)| z * w)
                     .sum();
                 let gain: f64 = (0..responses)
                     .map(|i| {
-                        let re = sums[(place, i)] - sums[(run + place, responses + i)];
-                        let im = sums[(place, responses + i)] + sums[(run + place, i)];
+                        let re = sums[(index, i)] - sums[(run + index, responses + i)];
+                        let im = sums[(index, responses + i)] + sums[(run + index, i)];
                         re * re + im * im
                     })
                     .sum();
                 peaks.push(ScanPeak {
                     pole: ScaledPole {
-                        w: self.x[first + place] + offset * self.step,
+                        w: self.x[first + index] + offset * self.step,
                         sigma,
                         stable: true,
                     },
@@ -236,18 +236,18 @@ impl LineGroups {
         peaks
     }
 
-    /// From a group to the one so many further; as if even beyond the ends.
+    /// Distance from a group to the one `further` groups up, extrapolated with uniform spacing beyond the ends.
     fn distance(&self, group: usize, further: isize) -> f64 {
-        let at = |k: isize| -> f64 {
+        let frequency = |k: isize| -> f64 {
             let last = self.x.len() as isize - 1;
-            let inside = k.clamp(0, last);
-            self.x[inside as usize] + (k - inside) as f64 * self.step
+            let clamped = k.clamp(0, last);
+            self.x[clamped as usize] + (k - clamped) as f64 * self.step
         };
-        at(group as isize + further) - at(group as isize)
+        frequency(group as isize + further) - frequency(group as isize)
     }
 }
 
-/// `1/(s − p)` at a distance above the pole.
+/// Lorentzian `1/(s − p)` at a distance above the pole frequency.
 fn lorentzian(distance: f64, sigma: f64) -> Complex {
     Complex::new(sigma, -distance) / (sigma * sigma + distance * distance)
 }

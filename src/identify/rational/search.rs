@@ -373,7 +373,7 @@ fn is_explained(
         groups: &groups,
     };
     let inside = band.modes.poles.iter().filter(|p| lines.may_be_mode(p));
-    let needless = judge.needless(&band, &mut Vec::new()).len() as f64;
+    let needless = judge.redundant(&band, &mut Vec::new()).len() as f64;
     let most = match groups.is_empty() {
         true => MAX_REDUNDANT_SHARE,
         false => 0.0,
@@ -404,7 +404,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
     let means = means(&band, &groups, !lines.hits.is_empty(), &departures, &|p| {
         lines.may_be_mode(p)
     });
-    let left = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
+    let left = residual(&state.raw, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
     let dof = lines.data_count() - parameter_count(ModelTerms::FULL, &state.fit, lines.h.len());
     let logarithms: f64 = state.variance.iter().flatten().map(|v| v.ln()).sum();
     SearchResult {
@@ -413,7 +413,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         at_limit: search.options.fixed_pole_count.is_none()
             && (is_out_of_work || state.fit.model.poles.len() >= search.options.max_poles),
         fit: state.fit,
-        problems: vec![state.all],
+        problems: vec![state.raw],
         residuals: vec![left],
         covariance,
         by_response: state.weights.by_response,
@@ -498,7 +498,7 @@ impl FullFit {
         let weights = lines.weights(variance);
         let all = [lines.shared_problem(&weights, ModelTerms::FULL)];
         let enough = Compressor::new(&all[0]).compress(model, &[]);
-        let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
+        let fewer = (!enough.is_uncompressed()).then(|| enough.problem.into_owned());
         let problem = fewer.as_ref().unwrap_or(&all[0]);
         let fit = fit_at(&[problem], model, ModelTerms::FULL.numerators());
         FullFit {

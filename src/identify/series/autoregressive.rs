@@ -177,7 +177,7 @@ fn regression(y: &[f64], order: usize, backward: bool) -> Result<(Vec<f64>, f64,
 fn unpredictable_error(order: usize) -> Error {
     Error::new(
         Code::IllPosed,
-        format!("a model of order {order} predicts the samples without any error, so nothing determines it further"),
+        format!("a model of order {order} predicts the samples without error; further coefficients are undetermined"),
     )
     .with_hint("lower the order; a computed signal without noise needs two per tone")
 }

@@ -87,7 +87,7 @@ pub(super) fn check_order(samples: usize, unknowns: usize, lost: usize) -> Resul
     if samples <= lost + unknowns {
         return Err(Error::new(
             Code::TooShort,
-            format!("{samples} samples for {unknowns} unknowns, of which {lost} samples only start the recursion"),
+            format!("{samples} samples, {lost} of them only to start the recursion, are too few for {unknowns} unknowns"),
         )
         .with_hint(format!(
             "take more than {} samples (ten times as many for useful intervals), or lower the order",

@@ -1,4 +1,4 @@
-//! Fitted polynomial model `A y = B/F u + C e`: residuals, predictions, spectra, modes.
+//! Fitted polynomial model `A y = B/F u + C e` with its residuals, predictions, spectra and modes.
 
 use std::f64::consts::TAU;
 
@@ -7,56 +7,56 @@ use super::io_data::InputOutputData;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Complex, Matrix, eigen};
 
-/// Which polynomials a model has, and how long they are.
+/// Model structure: polynomials of the model and their lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelStructure {
     /// `A y = e`.
     Ar {
-        /// Coefficients of A.
+        /// Number of coefficients of A.
         a: usize,
     },
     /// `A y = C e`.
     Arma {
-        /// Coefficients of A.
+        /// Number of coefficients of A.
         a: usize,
-        /// Coefficients of C.
+        /// Number of coefficients of C.
         c: usize,
     },
     /// `A y = B u + e`.
     Arx {
-        /// Coefficients of A.
+        /// Number of coefficients of A.
         a: usize,
-        /// Coefficients of B.
+        /// Number of coefficients of B.
         b: usize,
-        /// Samples from input to output; 0 where the input acts at once.
+        /// Delay from input to output, samples; 0 for direct feedthrough.
         delay: usize,
     },
     /// `A y = B u + C e`.
     Armax {
-        /// Coefficients of A.
+        /// Number of coefficients of A.
         a: usize,
-        /// Coefficients of B.
+        /// Number of coefficients of B.
         b: usize,
-        /// Coefficients of C.
+        /// Number of coefficients of C.
         c: usize,
-        /// Samples from input to output.
+        /// Delay from input to output, samples.
         delay: usize,
     },
     /// `y = B/F u + e`.
     OutputError {
-        /// Coefficients of B.
+        /// Number of coefficients of B.
         b: usize,
-        /// Coefficients of F.
+        /// Number of coefficients of F.
         f: usize,
-        /// Samples from input to output.
+        /// Delay from input to output, samples.
         delay: usize,
     },
 }
 
-/// Lengths of the polynomials.
+/// Numbers of coefficients of the polynomials, and the delay in samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct PolynomialOrders {
     pub a: usize,
@@ -94,7 +94,7 @@ impl ModelStructure {
         }
     }
 
-    /// Coefficients to fit.
+    /// Number of coefficients to fit.
     pub fn parameter_count(self) -> usize {
         let n = self.orders();
         n.a + n.b + n.c + n.f
@@ -102,7 +102,7 @@ impl ModelStructure {
 }
 
 impl PolynomialOrders {
-    /// Samples before the first one that is predicted from a full past.
+    /// Number of samples before the first prediction from a complete past.
     pub(super) fn warm_up(self) -> usize {
         let input = if self.b > 0 {
             self.delay + self.b - 1
@@ -113,32 +113,32 @@ impl PolynomialOrders {
     }
 }
 
-/// A fitted model.
+/// Polynomial model with its covariance and the data of the fit.
 #[derive(Debug, Clone)]
 pub struct PolynomialModel {
     /// Structure of the fitted model.
     pub family: ModelStructure,
-    /// `a₁, a₂, …`.
+    /// Coefficients `a₁, a₂, …`.
     pub a: Vec<f64>,
-    /// `b₀, b₁, …`, the first acting after the delay; output per input.
+    /// Coefficients `b₀, b₁, …`, the first at the delay; output unit per input unit.
     pub b: Vec<f64>,
-    /// `c₁, c₂, …`.
+    /// Coefficients `c₁, c₂, …`.
     pub c: Vec<f64>,
-    /// `f₁, f₂, …`.
+    /// Coefficients `f₁, f₂, …`.
     pub f: Vec<f64>,
-    /// Variance of the noise e, output squared.
+    /// Variance of the noise e, output unit squared.
     pub noise_variance: f64,
-    /// Covariance of the coefficients in the order a, b, c, f; right where the residuals are white.
+    /// Covariance of the coefficients in the order a, b, c, f; valid for white residuals.
     pub covariance: Matrix,
-    /// Mean of the output, which was taken off.
+    /// Mean of the output, subtracted before the fit.
     pub output_mean: f64,
-    /// Mean of the input, which was taken off.
+    /// Mean of the input, subtracted before the fit.
     pub input_mean: f64,
-    /// Samples predicted in the fit.
+    /// Number of samples predicted in the fit.
     pub samples: usize,
     /// Sample rate, Hz.
     pub rate_hz: f64,
-    /// Steps of the iteration; 0 where the fit is linear.
+    /// Number of iterations; 0 for a linear fit.
     pub iterations: usize,
 }
 
@@ -150,10 +150,10 @@ impl PolynomialModel {
             .collect()
     }
 
-    /// Errors of the one-step predictions; zero for the samples that only start the recursion.
+    /// One-step prediction errors; zero for the samples of the warm-up.
     ///
     /// # Errors
-    /// `NoSignal` where the model has an input and the record has none.
+    /// `NoSignal` if the model has an input and the record has none.
     pub fn residuals(&self, record: &InputOutputData) -> Result<Vec<f64>, Error> {
         let y: Vec<f64> = (record.output().iter())
             .map(|y| y - self.output_mean)
@@ -166,10 +166,10 @@ impl PolynomialModel {
         Ok(prediction_errors(self.polynomials(), &y, &u).errors)
     }
 
-    /// One-step predictions: the output less the residual.
+    /// One-step predictions: output minus residual.
     ///
     /// # Errors
-    /// As [`PolynomialModel::residuals`].
+    /// Errors of [`PolynomialModel::residuals`].
     pub fn predictions(&self, record: &InputOutputData) -> Result<Vec<f64>, Error> {
         let errors = self.residuals(record)?;
         Ok((record.output().iter().zip(errors))
@@ -177,83 +177,83 @@ impl PolynomialModel {
             .collect())
     }
 
-    /// One-sided power spectral density of what the noise causes, output squared per Hz, at `frequency_hz`.
+    /// One-sided power spectral density of the output due to the noise, output unit squared per Hz, at `frequency_hz`.
     pub fn noise_density(&self, frequency_hz: f64) -> f64 {
         let shift = self.shift(frequency_hz);
         let shape = evaluate(&self.c, shift) / evaluate(&self.a, shift);
         2.0 * self.noise_variance / self.rate_hz * shape.norm_sqr()
     }
 
-    /// Output over input at `frequency_hz`.
+    /// Frequency response at `frequency_hz`, output unit per input unit.
     pub fn response(&self, frequency_hz: f64) -> Complex {
         let shift = self.shift(frequency_hz);
         let delay = self.family.orders().delay;
-        let top: Complex = (self.b.iter().enumerate())
+        let numerator: Complex = (self.b.iter().enumerate())
             .map(|(j, &b)| power(shift, delay + j) * b)
             .sum();
-        top / (evaluate(&self.a, shift) * evaluate(&self.f, shift))
+        numerator / (evaluate(&self.a, shift) * evaluate(&self.f, shift))
     }
 
-    /// Modes: roots z of A (of F, for output errors) above the real axis as poles `rate · ln z`, by rising frequency, with the
-    /// covariance that the coefficients give them to first order. Shapes are empty.
+    /// Modes sorted by frequency: roots z of A (of F for an output-error model) above the real axis as poles `rate · ln z`, with the
+    /// covariance propagated from the coefficients to first order. Shapes are empty.
     ///
     /// # Errors
-    /// `NoConvergence` of the roots.
+    /// `NoConvergence` of the polynomial roots.
     pub fn modes(&self) -> Result<Vec<ModalParameters>, Error> {
-        let of_f = self.a.is_empty();
-        let first = if of_f {
+        let is_output_error = self.a.is_empty();
+        let first = if is_output_error {
             self.a.len() + self.b.len() + self.c.len()
         } else {
             0
         };
-        let coefficients = if of_f { &self.f } else { &self.a };
+        let coefficients = if is_output_error { &self.f } else { &self.a };
         modes_of(coefficients, &self.covariance, first, self.rate_hz)
     }
 
-    /// Weight of each of [`PolynomialModel::modes`] in the model's response to white noise (of the input, where it has one), by two shares
-    /// from 0 to 1: of the power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`; and of the response at the mode's own frequency,
-    /// where a resonance outweighs all else and a root that only fills up the polynomial does not.
+    /// Shares from 0 to 1 of each of [`PolynomialModel::modes`] in the response of the model to white noise (at the input, if any): in the
+    /// power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`, and in the response at the frequency of the mode, close to 1 for a
+    /// resonance and small for a numerical root.
     ///
     /// # Errors
-    /// `NoConvergence` of the roots.
+    /// `NoConvergence` of the polynomial roots.
     pub fn mode_shares(&self) -> Result<Vec<ModeShares>, Error> {
-        let bottom = if self.a.is_empty() { &self.f } else { &self.a };
-        let top: Vec<f64> = match self.b.is_empty() {
+        let den = if self.a.is_empty() { &self.f } else { &self.a };
+        let num: Vec<f64> = match self.b.is_empty() {
             true => std::iter::once(1.0).chain(self.c.iter().copied()).collect(),
             false => self.b.clone(),
         };
-        let n = bottom.len();
-        let sum = |c: &[f64], x: Complex| {
+        let n = den.len();
+        let value = |c: &[f64], x: Complex| {
             (c.iter().rev()).fold(Complex::new(0.0, 0.0), |sum, &c| sum * x + c)
         };
-        let roots = roots(bottom)?;
+        let roots = roots(den)?;
         // Residue of H(z) at a root: z^n N(1/z)/d′(z).
         let residue = |z: Complex| {
             let one = Complex::new(1.0, 0.0);
             let others = roots.iter().filter(|r| **r != z);
-            power(z, n) * sum(&top, z.inv()) / others.fold(one, |p, r| p * (z - r))
+            power(z, n) * value(&num, z.inv()) / others.fold(one, |p, r| p * (z - r))
         };
         let weights: Vec<Complex> = roots
             .iter()
-            .map(|&z| residue(z) * sum(&top, z) / (evaluate(bottom, z) * z))
+            .map(|&z| residue(z) * value(&num, z) / (evaluate(den, z) * z))
             .collect();
         let total: f64 = weights.iter().map(|c| c.norm()).sum();
-        let mut all: Vec<(f64, ModeShares)> = (roots.iter().zip(&weights))
+        let mut modes: Vec<(f64, ModeShares)> = (roots.iter().zip(&weights))
             .filter(|(z, _)| z.im > 0.0)
             .map(|(&z, c)| {
                 let circle = z / z.norm();
-                let own = (residue(z) / (circle - z)).norm();
-                let whole = (sum(&top, circle.inv()) / evaluate(bottom, circle.inv())).norm();
+                let modal = (residue(z) / (circle - z)).norm();
+                let response = (value(&num, circle.inv()) / evaluate(den, circle.inv())).norm();
                 let pole = Complex::new(z.norm().ln(), z.im.atan2(z.re));
                 let shares = ModeShares {
                     power: 2.0 * c.norm() / total,
-                    at_peak: (own / whole).min(1.0),
+                    at_peak: (modal / response).min(1.0),
                 };
                 (pole.norm(), shares)
             })
             .collect();
-        sort_rising(&mut all, |a| a.0);
-        Ok(all.into_iter().map(|a| a.1).collect())
+        sort_ascending(&mut modes, |a| a.0);
+        Ok(modes.into_iter().map(|a| a.1).collect())
     }
 
     pub(super) fn polynomials(&self) -> PolynomialRefs<'_> {
@@ -272,12 +272,12 @@ impl PolynomialModel {
     }
 }
 
-/// Weight of a mode in a model.
+/// Shares of a mode in the response of a model, from 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub struct ModeShares {
     /// Share of the power.
     pub power: f64,
-    /// Share of the response at the mode's own frequency.
+    /// Share of the response at the frequency of the mode.
     pub at_peak: f64,
 }
 
@@ -291,7 +291,7 @@ fn roots(a: &[f64]) -> Result<Vec<Complex>, Error> {
     Ok(eigen::eigen(&companion)?.values)
 }
 
-/// An input is needed and there is none.
+/// Error for a model with an input and a record without one.
 pub(super) fn no_input() -> Error {
     Error::new(
         Code::NoSignal,
@@ -300,7 +300,7 @@ pub(super) fn no_input() -> Error {
     .with_hint("give the input channel, or fit a family without one: AR or ARMA")
 }
 
-/// The polynomials, for computing.
+/// Borrowed polynomials of a model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PolynomialRefs<'a> {
     pub a: &'a [f64],
@@ -310,14 +310,14 @@ pub(super) struct PolynomialRefs<'a> {
     pub delay: usize,
 }
 
-/// Errors of the one-step predictions, and the undisturbed output `w = B/F u` behind them.
+/// One-step prediction errors and the noise-free output `w = B/F u`.
 pub(super) struct Prediction {
     pub errors: Vec<f64>,
-    pub undisturbed: Vec<f64>,
+    pub noise_free: Vec<f64>,
     pub first: usize,
 }
 
-/// `e = (A y − w)/C` from the first sample with a full past on, with `e = 0` before it.
+/// Computes `e = (A y − w)/C` from the first sample with a complete past on; `e = 0` before it.
 pub(super) fn prediction_errors(model: PolynomialRefs, y: &[f64], u: &[f64]) -> Prediction {
     let lengths = PolynomialOrders {
         a: model.a.len(),
@@ -338,12 +338,12 @@ pub(super) fn prediction_errors(model: PolynomialRefs, y: &[f64], u: &[f64]) -> 
     filter_inverse(&mut errors[first..], model.c);
     Prediction {
         errors,
-        undisturbed,
+        noise_free: undisturbed,
         first,
     }
 }
 
-/// `1 + c₁x + c₂x² + …`.
+/// Evaluates `1 + c₁x + c₂x² + …`.
 fn evaluate(c: &[f64], x: Complex) -> Complex {
     let one = Complex::new(1.0, 0.0);
     (c.iter().rev()).fold(Complex::new(0.0, 0.0), |sum, &c| (sum + c) * x) + one
@@ -353,7 +353,7 @@ fn power(x: Complex, n: usize) -> Complex {
     (0..n).fold(Complex::new(1.0, 0.0), |product, _| product * x)
 }
 
-/// Modes of `z^n + a₁z^{n−1} + … + a_n`, whose coefficients have the covariance that starts at `first`.
+/// Modes of `z^n + a₁z^{n−1} + … + a_n`; the covariance of the coefficients starts at row `first`.
 ///
 /// `dz/da_k = −z^{n−k} / P′(z)` and `s = rate · ln z`, so `ds/da_k = −rate · z^{n−k−1} / P′(z)`.
 fn modes_of(
@@ -376,33 +376,33 @@ fn modes_of(
                     sums[2] += wi.re * c * wj.im;
                 }
             }
-            let known = sums.iter().all(|x| x.is_finite());
+            let is_finite = sums.iter().all(|x| x.is_finite());
             ModalParameters {
                 pole: Complex::new(z.norm().ln(), z.im.atan2(z.re)) * rate_hz,
-                pole_covariance: known.then_some(sums),
+                pole_covariance: is_finite.then_some(sums),
                 shape: Vec::new(),
             }
         })
         .collect();
-    sort_rising(&mut modes, |a| a.pole.norm());
+    sort_ascending(&mut modes, |a| a.pole.norm());
     Ok(modes)
 }
 
-/// `ds/da_k` for k from 1 to n.
+/// Sensitivities `ds/da_k` for k from 1 to n.
 fn sensitivities(a: &[f64], z: Complex, rate_hz: f64) -> Vec<Complex> {
     let n = a.len();
     let zero = Complex::new(0.0, 0.0);
-    // Horner for P and P′ together.
+    // Horner scheme for P and P′.
     let (_, slope) = std::iter::once(&1.0)
         .chain(a)
         .fold((zero, zero), |(p, slope), &a| (p * z + a, slope * z + p));
     let scale = slope.inv() * -rate_hz;
     // z^{n−k−1}, from k = n (1/z) down to k = 1.
     let mut powers = vec![zero; n];
-    let mut next = z.inv();
+    let mut power = z.inv();
     for k in (0..n).rev() {
-        powers[k] = next * scale;
-        next *= z;
+        powers[k] = power * scale;
+        power *= z;
     }
     powers
 }
@@ -411,7 +411,7 @@ fn sensitivities(a: &[f64], z: Complex, rate_hz: f64) -> Vec<Complex> {
 mod tests {
     use super::*;
 
-    /// Sensitivities agree with central differences of the pole.
+    /// Sensitivities agree with central differences of the poles.
     #[test]
     fn law_sensitivities_are_derivatives() {
         let a = [-1.5, 1.1, -0.3, 0.2];

@@ -1,7 +1,7 @@
-//! Time-varying ARX model by recursive least squares: order and memory chosen, modes joined to tracks.
+//! Time-varying ARX model by recursive least squares, with selection of order and memory, and tracks of its modes.
 //!
-//! The criterion is the mean square of the one-step errors made before each sample was used: Rissanen, IEEE Trans. Inf. Theory 30 (1984),
-//! 629–636, "predictive least squares". It needs no penalty, since what is fitted to noise predicts the next sample worse.
+//! The criterion is the mean square of the a priori one-step prediction errors ("predictive least squares": Rissanen, IEEE Trans. Inf.
+//! Theory 30 (1984), 629–636). It needs no penalty term, since a model fitted to noise predicts the next sample worse.
 
 use super::io_data::{InputOutputData, check_order, remove_mean};
 use super::model::{ModelStructure, PolynomialModel};
@@ -10,55 +10,55 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::identify::modal_parameters::ModalParameters;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
-/// Instants at which the model is looked at, evenly over the record.
+/// Number of instants at which the model is sampled, equally spaced over the record.
 pub const INSTANTS: usize = 200;
 
-/// Shares of the record that are tried as memory, the longest first; infinity forgets nothing.
+/// Trial memories as shares of the record, the longest first; infinite: no forgetting.
 const MEMORY_SHARES: [f64; 6] = [f64::INFINITY, 0.3, 0.1, 0.03, 0.01, 0.003];
 
-/// The share with which orders are compared.
+/// Memory for the comparison of orders, as a share of the record.
 const MEMORY_OF_ORDERS: f64 = 0.1;
 
-/// Samples of memory for each unknown, at least.
+/// Minimum memory per unknown, samples.
 pub const SAMPLES_PER_UNKNOWN: f64 = 10.0;
 
-/// Orders one after the other that may predict no better before the search ends.
+/// Number of consecutive orders without a better prediction that ends the search.
 const MAX_ORDERS_WITHOUT_GAIN: usize = 3;
 
-/// An order with a memory, and how well it predicted.
+/// Trial of an order and a memory with its prediction error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MemoryTrial {
-    /// The polynomials.
+    /// Model structure.
     pub family: ModelStructure,
-    /// Samples of memory, `1/(1 − λ)`; infinite where nothing is forgotten.
+    /// Memory `1/(1 − λ)`, samples; infinite without forgetting.
     pub memory: f64,
-    /// Mean square of the errors with which each sample was predicted before it was used, output squared.
+    /// Mean square of the a priori prediction errors, output unit squared.
     pub error_variance: f64,
 }
 
-/// A model as it was at some instants.
+/// Time-varying model sampled at instants, with the trials of its selection.
 #[derive(Debug, Clone)]
 pub struct ModelTrajectory {
-    /// Selected memory length and its trial.
-    pub chosen: MemoryTrial,
-    /// The largest family that could have been tried.
-    pub highest: ModelStructure,
-    /// All that was tried.
+    /// Selected trial.
+    pub selected: MemoryTrial,
+    /// Largest structure that the record length permits.
+    pub max_structure: ModelStructure,
+    /// Trials in order of computation.
     pub trials: Vec<MemoryTrial>,
-    /// Mean square of the output over the samples predicted.
+    /// Mean square of the output over the predicted samples, output unit squared.
     pub output_variance: f64,
-    /// Errors with which the samples were predicted, but for the first ones, which start the recursion.
+    /// A priori prediction errors without the initial samples of the recursion.
     pub errors: Vec<f64>,
-    /// Seconds from the first sample, and the model then.
+    /// Time from the first sample, s, and the model at this time.
     pub instants: Vec<(f64, PolynomialModel)>,
 }
 
-/// Follows a record with one of the orders (coefficients of A, rising) and a memory in samples, or the one that predicts best.
+/// Tracks a record with the `orders` (numbers of coefficients of A, ascending) and memories, and selects the trial that predicts best.
 ///
 /// # Errors
-/// `TooShort` where the record does not bear the orders, or the memory given holds fewer than ten samples for each unknown.
+/// `TooShort` if the record is too short for the orders, or the `memory` (samples) is shorter than ten samples per unknown.
 pub fn track_model(
     record: &InputOutputData,
     orders: &[usize],
@@ -68,21 +68,21 @@ pub fn track_model(
     if let (Some(memory), Some(&a)) = (memory, orders.first()) {
         runs.check_memory(a, memory)?;
     }
-    let bears = memory.unwrap_or(runs.samples() / 2.0);
+    let max_memory = memory.unwrap_or(runs.samples() / 2.0);
     let orders: Vec<usize> = (orders.iter().copied())
-        .filter(|&a| runs.least_memory(a) <= bears)
+        .filter(|&a| runs.min_memory(a) <= max_memory)
         .collect();
-    let largest = orders
+    let max_parameters = orders
         .last()
         .map_or(0, |&a| runs.family(a).parameter_count());
-    check_order(record.samples(), largest, 2 * largest)?;
-    runs.first = (4 * largest).min(record.samples() / 4);
-    let mut tried: Vec<MemoryTrial> = Vec::new();
-    // All trials after the orders are of the best of these, so the best of all is one of its family.
+    check_order(record.samples(), max_parameters, 2 * max_parameters)?;
+    runs.first = (4 * max_parameters).min(record.samples() / 4);
+    let mut trials: Vec<MemoryTrial> = Vec::new();
+    // The trials of the memory use the best order, so the best trial has its structure.
     let mut best: Option<RecursionRun> = None;
-    let mut try_it = |a: usize, memory: f64| -> Result<bool, Error> {
+    let mut evaluate = |a: usize, memory: f64| -> Result<bool, Error> {
         let run = runs.run(a, memory)?;
-        tried.push(run.trial.clone());
+        trials.push(run.trial.clone());
         let is_better =
             (best.as_ref()).is_none_or(|best| run.trial.error_variance < best.trial.error_variance);
         if is_better {
@@ -90,30 +90,30 @@ pub fn track_model(
         }
         Ok(is_better)
     };
-    let (mut order, mut in_vain) = (0, 0);
+    let (mut order, mut n_worse) = (0, 0);
     for &a in &orders {
-        let share = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(a));
-        in_vain += 1;
-        if try_it(a, memory.unwrap_or(share))? {
-            (order, in_vain) = (a, 0);
+        let share = (MEMORY_OF_ORDERS * runs.samples()).max(runs.min_memory(a));
+        n_worse += 1;
+        if evaluate(a, memory.unwrap_or(share))? {
+            (order, n_worse) = (a, 0);
         }
-        if in_vain == MAX_ORDERS_WITHOUT_GAIN {
+        if n_worse == MAX_ORDERS_WITHOUT_GAIN {
             break;
         }
     }
     if memory.is_none() {
-        let of_orders = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(order));
+        let of_orders = (MEMORY_OF_ORDERS * runs.samples()).max(runs.min_memory(order));
         for memory in MEMORY_SHARES.map(|share| share * runs.samples()) {
-            if memory >= runs.least_memory(order) && memory != of_orders {
-                try_it(order, memory)?;
+            if memory >= runs.min_memory(order) && memory != of_orders {
+                evaluate(order, memory)?;
             }
         }
     }
     let best = best.ok_or_else(|| Error::new(Code::OutOfRange, "no order was requested"))?;
     Ok(ModelTrajectory {
-        chosen: best.trial,
-        highest: runs.family(orders.last().copied().unwrap_or(order)),
-        trials: tried,
+        selected: best.trial,
+        max_structure: runs.family(orders.last().copied().unwrap_or(order)),
+        trials,
         output_variance: mean_square(&runs.output[runs.first..]),
         errors: best.errors,
         instants: best.instants,
@@ -124,12 +124,12 @@ fn mean_square(samples: &[f64]) -> f64 {
     samples.iter().map(|y| y * y).sum::<f64>() / samples.len() as f64
 }
 
-/// A record without its means, to be run over by several models.
+/// Record with subtracted means for several recursions.
 struct RecursionData {
     output: Vec<f64>,
     input: Option<Vec<f64>>,
     rate_hz: f64,
-    /// The first sample whose error counts.
+    /// Index of the first sample in the error criterion.
     first: usize,
 }
 
@@ -161,46 +161,46 @@ impl RecursionData {
         self.settings(a, f64::INFINITY).structure()
     }
 
-    /// The shortest memory that determines an order, samples.
-    fn least_memory(&self, a: usize) -> f64 {
+    /// Minimum memory of an order, samples.
+    fn min_memory(&self, a: usize) -> f64 {
         SAMPLES_PER_UNKNOWN * self.family(a).parameter_count() as f64
     }
 
     fn check_memory(&self, a: usize, memory: f64) -> Result<(), Error> {
-        let least = self.least_memory(a);
-        if memory >= least {
+        let min_memory = self.min_memory(a);
+        if memory >= min_memory {
             return Ok(());
         }
         let message = format!(
-            "a memory of {memory:.0} samples bears {:.0} unknowns at most; {} has {}",
+            "a memory of {memory:.0} samples determines at most {:.0} unknowns; {} has {}",
             memory / SAMPLES_PER_UNKNOWN,
             pluralise(a / 2, "mode"),
             self.family(a).parameter_count()
         );
         Err(Error::new(Code::TooShort, message).with_hint(format!(
-            "take {:.3} s of memory or more, or fewer modes",
-            least / self.rate_hz
+            "use a memory of {:.3} s or more, or fewer modes",
+            min_memory / self.rate_hz
         )))
     }
 
-    /// One run over the record, the model looked at once it has settled.
+    /// Runs one recursion over the record and samples the model after the initial transient.
     fn run(&self, a: usize, memory: f64) -> Result<RecursionRun, Error> {
-        let mut following = RecursiveLeastSquares::new(self.settings(a, memory))?;
+        let mut recursion = RecursiveLeastSquares::new(self.settings(a, memory))?;
         let family = self.family(a);
         let step = (self.output.len() / INSTANTS).max(1);
         let unknowns = 4.0 * family.parameter_count() as f64;
-        let settled = memory.min(self.samples() / 10.0).max(unknowns) as usize;
+        let warm_up = memory.min(self.samples() / 10.0).max(unknowns) as usize;
         let mut errors = Vec::with_capacity(self.output.len() - self.first);
         let mut instants = Vec::new();
         for (k, &y) in self.output.iter().enumerate() {
             let u = self.input.as_ref().map_or(0.0, |u| u[k]);
-            let error = following.push(u, y)?;
+            let error = recursion.push(u, y)?;
             if k >= self.first {
                 errors.push(error);
             }
-            if k >= settled && (k + 1) % step == 0 {
-                // Where nothing moves, the samples in memory determine no model.
-                let model = following.model().ok();
+            if k >= warm_up && (k + 1) % step == 0 {
+                // Samples in memory without motion do not determine a model.
+                let model = recursion.model().ok();
                 instants.extend(model.map(|m| (k as f64 / self.rate_hz, m)));
             }
         }
@@ -216,33 +216,33 @@ impl RecursionData {
     }
 }
 
-/// A trial, and the model as it was at some instants.
+/// Trial with the prediction errors and the model at instants.
 struct RecursionRun {
     trial: MemoryTrial,
     errors: Vec<f64>,
     instants: Vec<(f64, PolynomialModel)>,
 }
 
-/// One mode over the instants at which it was found.
+/// Mode over the instants at which it was identified.
 #[derive(Debug, Clone)]
 pub struct ModeTrack {
-    /// Place of each instant, and the mode then.
+    /// Index of the instant and the mode at this instant.
     pub points: Vec<(usize, ModalParameters)>,
 }
 
-/// Instants that a mode may be lost for.
+/// Maximum gap of a track, instants.
 const MAX_MISSED_INSTANTS: usize = 5;
 
-/// A change of frequency between two instants by which a mode stays itself, relative; three standard deviations, where they are more.
+/// Maximum relative change of frequency of a mode between two instants; three standard deviations if larger.
 const MAX_FREQUENCY_STEP: f64 = 0.05;
 
-/// Joins the modes of successive instants, nearest first; tracks of fewer than `least` points are left out.
-pub fn mode_tracks(instants: &[Vec<ModalParameters>], least: usize) -> Vec<ModeTrack> {
-    let mut all: Vec<ModeTrack> = Vec::new();
+/// Joins the modes of successive instants to tracks, nearest frequencies first, and drops tracks of fewer than `min_points` points.
+pub fn mode_tracks(instants: &[Vec<ModalParameters>], min_points: usize) -> Vec<ModeTrack> {
+    let mut tracks: Vec<ModeTrack> = Vec::new();
     for (at, modes) in instants.iter().enumerate() {
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        for (t, track) in all.iter().enumerate() {
-            let Some((seen, last)) = track
+        for (t, track) in tracks.iter().enumerate() {
+            let Some((last_at, last)) = track
                 .points
                 .last()
                 .filter(|p| at - p.0 <= MAX_MISSED_INSTANTS)
@@ -253,31 +253,31 @@ pub fn mode_tracks(instants: &[Vec<ModalParameters>], least: usize) -> Vec<ModeT
                 let f = last.frequency_hz();
                 let std = (last.frequency_std_hz().unwrap_or(0.0))
                     .hypot(mode.frequency_std_hz().unwrap_or(0.0));
-                let apart = (mode.frequency_hz() - f).abs();
-                if apart <= (MAX_FREQUENCY_STEP * f * (at - seen) as f64).max(3.0 * std) {
-                    pairs.push((apart / f, t, m));
+                let distance = (mode.frequency_hz() - f).abs();
+                if distance <= (MAX_FREQUENCY_STEP * f * (at - last_at) as f64).max(3.0 * std) {
+                    pairs.push((distance / f, t, m));
                 }
             }
         }
-        sort_rising(&mut pairs, |a| a.0);
+        sort_ascending(&mut pairs, |a| a.0);
         let mut track_of: Vec<Option<usize>> = vec![None; modes.len()];
-        let mut taken = vec![false; all.len()];
+        let mut is_assigned = vec![false; tracks.len()];
         for (_, t, m) in pairs {
-            if !taken[t] && track_of[m].is_none() {
-                taken[t] = true;
+            if !is_assigned[t] && track_of[m].is_none() {
+                is_assigned[t] = true;
                 track_of[m] = Some(t);
             }
         }
         for (mode, track) in modes.iter().zip(track_of) {
             let point = (at, mode.clone());
             match track {
-                Some(t) => all[t].points.push(point),
-                None => all.push(ModeTrack {
+                Some(t) => tracks[t].points.push(point),
+                None => tracks.push(ModeTrack {
                     points: vec![point],
                 }),
             }
         }
     }
-    all.retain(|t| t.points.len() >= least);
-    all
+    tracks.retain(|t| t.points.len() >= min_points);
+    tracks
 }

@@ -1,7 +1,7 @@
 //! Order selection by AIC, BIC or MDL over candidates fitted on the same samples.
 //!
 //! Akaike (1974): `AIC = N ln σ² + 2p`; Schwarz (1978): `BIC = N ln σ² + p ln N`; Rissanen (1978): `MDL = BIC/2`, nats of the shortest
-//! description. AIC keeps all that predicts and tends to too many; BIC finds the true order on long records.
+//! description. AIC tends to overestimate the order; BIC is consistent for long records.
 
 use super::autoregressive::burg_path;
 use super::io_data::{InputOutputData, check_order, remove_mean};
@@ -13,19 +13,19 @@ use crate::base::error::Error;
 /// Criterion of the order selection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OrderCriterion {
-    /// Akaike's.
+    /// Akaike's criterion.
     Aic,
-    /// Schwarz's, and with it Rissanen's, which ranks alike.
+    /// Schwarz's criterion; Rissanen's MDL gives the same ranking.
     #[default]
     Bic,
 }
 
-/// One order that was tried.
+/// Fitted candidate of the order selection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderCandidate {
-    /// The polynomials.
+    /// Structure and polynomial orders.
     pub family: ModelStructure,
-    /// Mean square of the prediction errors, output squared.
+    /// Mean square prediction error, in squared units of the output.
     pub error_variance: f64,
     /// Akaike's criterion.
     pub aic: f64,
@@ -35,23 +35,23 @@ pub struct OrderCandidate {
     pub mdl: f64,
 }
 
-/// The order taken, and all that were tried as evidence.
+/// Selected order with all candidates.
 #[derive(Debug, Clone)]
 pub struct OrderChoice {
-    /// The smallest criterion.
+    /// Structure with the smallest criterion.
     pub family: ModelStructure,
-    /// All that could be fitted, in the order given.
+    /// Candidates that could be fitted, in the given order.
     pub candidates: Vec<OrderCandidate>,
-    /// The output as it is, without any coefficient: noise alone where no candidate has a smaller criterion.
+    /// White-noise model of the output, without coefficients.
     pub white_noise: OrderCandidate,
-    /// None of the candidates has a smaller criterion than nothing.
+    /// `true` if no candidate has a smaller criterion than the white-noise model.
     pub is_noise: bool,
 }
 
 impl OrderCandidate {
     fn new(family: ModelStructure, error_variance: f64, samples: usize) -> OrderCandidate {
         let (n, p) = (samples as f64, family.parameter_count() as f64);
-        // Errors of rounding size are no evidence for yet another coefficient.
+        // Errors of rounding size do not support a further coefficient.
         let log = n * error_variance.max(f64::MIN_POSITIVE).ln();
         let bic = log + p * n.ln();
         OrderCandidate {
@@ -63,7 +63,7 @@ impl OrderCandidate {
         }
     }
 
-    /// No coefficient at all: white noise.
+    /// White-noise model without coefficients.
     fn white_noise(y: &[f64]) -> OrderCandidate {
         let variance = y.iter().map(|y| y * y).sum::<f64>() / y.len().max(1) as f64;
         OrderCandidate::new(ModelStructure::Ar { a: 0 }, variance, y.len())
@@ -77,18 +77,18 @@ impl OrderCandidate {
     }
 }
 
-/// The autoregressive order from 1 to `highest`, by Burg's recursion: all orders cost as much as the highest.
+/// Selects the autoregressive order from 1 to `max_order` by Burg's recursion, which fits all orders at the cost of the highest.
 ///
 /// # Errors
-/// Those of [`InputOutputData`]; `OutOfRange` for a highest order of 0; `TooShort`.
+/// Those of [`InputOutputData`]; `OutOfRange` for a maximum order of 0; `TooShort`.
 pub fn select_ar_order(
     record: &InputOutputData,
-    highest: usize,
+    max_order: usize,
     criterion: OrderCriterion,
 ) -> Result<OrderChoice, Error> {
-    check_order(record.samples(), highest, highest)?;
+    check_order(record.samples(), max_order, max_order)?;
     let (y, _) = remove_mean(record.output());
-    let candidates = (burg_path(&y, highest).into_iter())
+    let candidates = (burg_path(&y, max_order).into_iter())
         .map(|(a, variance)| {
             OrderCandidate::new(ModelStructure::Ar { a: a.len() }, variance, y.len())
         })
@@ -96,14 +96,14 @@ pub fn select_ar_order(
     choose(candidates, OrderCandidate::white_noise(&y), criterion)
 }
 
-/// Orders one after the other that may leave the criterion where it is before the search ends.
+/// Number of consecutive orders without a smaller criterion after which the search ends.
 const MAX_ORDERS_WITHOUT_GAIN: usize = 2;
 
-/// The best of `families`, by rising order; those the samples do not determine are passed over, and where coefficients are iterated the
-/// search ends after two that better nothing.
+/// Selects the structure of `families` (sorted by increasing order) with the smallest criterion. Structures that the samples do not
+/// determine are skipped; for iterative fits the search ends after two structures without improvement.
 ///
 /// # Errors
-/// Of the first family, where none can be fitted.
+/// Error of the first family if none can be fitted.
 pub fn select_structure(
     record: &InputOutputData,
     families: &[ModelStructure],
@@ -118,22 +118,22 @@ pub fn select_structure(
     let mut models = Vec::new();
     let mut failure = None;
     let (y, _) = remove_mean(record.output());
-    let nothing = OrderCandidate::white_noise(&y[first.min(y.len())..]);
-    let (mut least, mut in_vain) = (nothing.value(criterion), 0);
+    let white_noise = OrderCandidate::white_noise(&y[first.min(y.len())..]);
+    let (mut min_value, mut n_without_gain) = (white_noise.value(criterion), 0);
     for &family in families {
-        // What is iterated is slow where poles and zeros cancel, which they do beyond the right order.
-        let lengths = family.orders();
-        if lengths.c + lengths.f > 0 && in_vain >= MAX_ORDERS_WITHOUT_GAIN {
+        // Iterative fits converge slowly if poles and zeros cancel, which they do above the true order.
+        let orders = family.orders();
+        if orders.c + orders.f > 0 && n_without_gain >= MAX_ORDERS_WITHOUT_GAIN {
             break;
         }
-        in_vain += 1;
+        n_without_gain += 1;
         match fit_from(record, family, first) {
             Ok(model) => {
                 let dofs = (model.samples - family.parameter_count()) as f64;
                 let variance = model.noise_variance * dofs / model.samples as f64;
                 let candidate = OrderCandidate::new(family, variance, model.samples);
-                if candidate.value(criterion) < least {
-                    (least, in_vain) = (candidate.value(criterion), 0);
+                if candidate.value(criterion) < min_value {
+                    (min_value, n_without_gain) = (candidate.value(criterion), 0);
                 }
                 candidates.push(candidate);
                 models.push(model);
@@ -144,19 +144,19 @@ pub fn select_structure(
     if let (true, Some(error)) = (candidates.is_empty(), failure) {
         return Err(error);
     }
-    let choice = choose(candidates, nothing, criterion)?;
-    // Where poles and zeros cancel, as in noise, a few samples more may keep the iteration from settling.
-    let whole = super::prediction_error::fit(record, choice.family);
-    let model = whole.or_else(|error| {
-        let own = models.into_iter().find(|m| m.family == choice.family);
-        own.ok_or(error)
+    let choice = choose(candidates, white_noise, criterion)?;
+    // If poles and zeros cancel, as in noise, a few more samples may prevent convergence of the iteration.
+    let fit = super::prediction_error::fit(record, choice.family);
+    let model = fit.or_else(|error| {
+        let candidate_model = models.into_iter().find(|m| m.family == choice.family);
+        candidate_model.ok_or(error)
     })?;
     Ok((model, choice))
 }
 
 fn choose(
     candidates: Vec<OrderCandidate>,
-    nothing: OrderCandidate,
+    white_noise: OrderCandidate,
     criterion: OrderCriterion,
 ) -> Result<OrderChoice, Error> {
     let best = (candidates.iter())
@@ -166,8 +166,8 @@ fn choose(
         Some((family, value)) => Ok(OrderChoice {
             family,
             candidates,
-            is_noise: nothing.value(criterion) <= value,
-            white_noise: nothing,
+            is_noise: white_noise.value(criterion) <= value,
+            white_noise,
         }),
         None => Err(Error::new(Code::OutOfRange, "no order to choose from")
             .with_hint("name at least one family of models")),

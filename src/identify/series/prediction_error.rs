@@ -2,9 +2,9 @@
 //!
 //! With `e = (A y − B/F u)/C` the gradient is a filtered copy of the signals (Ljung, System Identification, 2nd ed. (1999), §10.2–10.3):
 //! `∂e_t/∂a_k = y_{t−k}/C`, `∂e_t/∂b_j = −u_{t−d−j}/(CF)`, `∂e_t/∂c_k = −e_{t−k}/C`, `∂e_t/∂f_k = w_{t−k}/(CF)`, `w = B/F u`. Each row
-//! of it follows from the C rows before by one recursion, so it is never stored. Steps are Gauss–Newton, damped as by Marquardt
-//! (1963). Starts: Hannan & Rissanen, Biometrika 69 (1982), for C; Steiglitz & McBride, IEEE Trans. Autom. Control 10 (1965), for F.
-//! The errors before the first predicted sample are taken as zero, which for N samples moves the answer by the order of 1/N.
+//! of it follows from the previous C rows by one recursion, so it is never stored. The Gauss–Newton steps are damped as by Marquardt
+//! (1963). Initial estimates: Hannan & Rissanen, Biometrika 69 (1982), for C; Steiglitz & McBride, IEEE Trans. Autom. Control 10 (1965),
+//! for F. The errors before the first predicted sample are set to zero, which shifts the estimate of N samples by the order of 1/N.
 
 use std::collections::VecDeque;
 
@@ -18,17 +18,17 @@ use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::factorisations::{IncrementalQr, solve_from_r};
 
-/// A model of `family`. Means are taken off first. AR and ARX are one linear least squares.
+/// Fits a model of structure `family` after subtraction of the means. AR and ARX need one linear least-squares solution.
 ///
 /// # Errors
-/// `OutOfRange` for a model without coefficients; `NoSignal` where it needs an input and there is none; `TooShort`; `IllPosed` where
-/// the samples do not determine the coefficients (orders too high, or an input that does not move enough); `NoConvergence`.
+/// `OutOfRange` for a model without coefficients; `NoSignal` if the model needs an input and the record has none; `TooShort`; `IllPosed`
+/// if the samples do not determine the coefficients (orders too high, or insufficient excitation); `NoConvergence`.
 pub fn fit(record: &InputOutputData, family: ModelStructure) -> Result<PolynomialModel, Error> {
     let lengths = family.orders();
     fit_from(record, family, lengths.warm_up())
 }
 
-/// As [`fit`], predicting from sample `first` on only, so that several orders can be compared on the same samples.
+/// Fits as [`fit`] with predictions from sample `first` on, so that several orders can be compared on the same samples.
 pub(super) fn fit_from(
     record: &InputOutputData,
     family: ModelStructure,
@@ -80,7 +80,7 @@ pub(super) fn fit_from(
 }
 
 impl PolynomialOrders {
-    /// The polynomials inside the vector of all coefficients.
+    /// Splits the vector of coefficients into the polynomials.
     fn split(self, theta: &[f64]) -> PolynomialRefs<'_> {
         let (a, rest) = theta.split_at(self.a);
         let (b, rest) = rest.split_at(self.b);
@@ -95,14 +95,14 @@ impl PolynomialOrders {
     }
 }
 
-/// Gauss–Newton ends when the next step would lower the loss by less than this share of one sample's variance: far below the scatter of the
-/// estimate, which is one variance for each coefficient.
+/// Gauss–Newton stops if the predicted decrease of the loss is below this share of the variance of one sample: far below the scatter of the
+/// estimate, which is one variance per coefficient.
 const LOSS_TOLERANCE: f64 = 1e-9;
 
-/// Steps before giving up; 5 to 20 are usual.
+/// Maximum number of steps; 5 to 20 are usual.
 const MAX_ITERATIONS: usize = 200;
 
-/// Rounds of Steiglitz and McBride's start, which settles in a few.
+/// Iterations of the Steiglitz–McBride initial estimate, which converges in a few.
 const STEIGLITZ_MCBRIDE_ROUNDS: usize = 10;
 
 struct PemData {
@@ -113,7 +113,7 @@ struct PemData {
 }
 
 impl PemData {
-    /// Least squares of `A y = B u`: coefficients, and their residuals with zeros before the first.
+    /// Linear least squares of `A y = B u`: coefficients, and residuals with zeros before the first.
     fn linear(
         &self,
         y: &[f64],
@@ -143,20 +143,20 @@ impl PemData {
         Ok((theta, errors))
     }
 
-    /// A long AR or ARX model gives the noise; with the noise known A, B and C are linear.
+    /// Initial estimate by Hannan and Rissanen: a long AR or ARX model estimates the noise, then A, B and C are linear.
     fn hannan_rissanen(&self) -> Result<Vec<f64>, Error> {
         let n = self.n;
         let samples = self.y.len();
-        // Long enough for 1/C to have died away, short enough to be determined: the usual (log N)², within a tenth of the samples.
-        let long = ((samples as f64).ln().powi(2) as usize).min(100);
-        let long = long.max(2 * (n.a + n.c)).min(samples / 10).max(1);
+        // Order for the decay of 1/C: the usual (log N)², at most a tenth of the samples.
+        let order = ((samples as f64).ln().powi(2) as usize).min(100);
+        let order = order.max(2 * (n.a + n.c)).min(samples / 10).max(1);
         let b = if n.b > 0 {
-            (n.b + n.c).max(long / 2)
+            (n.b + n.c).max(order / 2)
         } else {
             0
         };
         let noise_model = PolynomialOrders {
-            a: long,
+            a: order,
             b,
             c: 0,
             f: 0,
@@ -187,7 +187,7 @@ impl PemData {
         Ok(theta)
     }
 
-    /// `F y = B u` with both signals filtered by the last 1/F, again and again.
+    /// Initial estimate by Steiglitz and McBride: iterates `F y = B u` with both signals filtered by the last 1/F.
     fn steiglitz_mcbride(&self) -> Result<Vec<f64>, Error> {
         let n = self.n;
         let linear = PolynomialOrders {
@@ -203,14 +203,14 @@ impl PemData {
             let (mut y, mut u) = (self.y.clone(), self.u.clone());
             filter_inverse(&mut y, &f);
             filter_inverse(&mut u, &f);
-            let Ok((found, _)) = self.linear(&y, &u, linear) else {
+            let Ok((coefficients, _)) = self.linear(&y, &u, linear) else {
                 break;
             };
-            let (a, b) = found.split_at(n.f);
+            let (a, b) = coefficients.split_at(n.f);
             f = stabilise(a.to_vec());
             let theta = [b, f.as_slice()].concat();
             let loss = self.loss(&theta);
-            if best.as_ref().is_none_or(|(least, _)| loss < *least) {
+            if best.as_ref().is_none_or(|(min_loss, _)| loss < *min_loss) {
                 best = Some((loss, theta));
             }
         }
@@ -219,11 +219,11 @@ impl PemData {
                 Code::IllPosed,
                 "the input does not determine an output-error model of these orders",
             )
-            .with_hint("lower the orders, or drive the machine with more than a few frequencies")
+            .with_hint("lower the orders, or excite the machine at more frequencies")
         })
     }
 
-    /// `Σ e²`; infinite where C or F is not stable.
+    /// Loss `Σ e²`; infinite if C or F is unstable.
     fn loss(&self, theta: &[f64]) -> f64 {
         let model = self.n.split(theta);
         if !(is_stable(model.c) && is_stable(model.f)) {
@@ -237,37 +237,37 @@ impl PemData {
         prediction_errors(model, &self.y, &self.u).errors
     }
 
-    /// The triangle of `[∂e/∂θ, −e]`, and `Σ e²`.
+    /// QR triangle of `[∂e/∂θ, −e]`, and the loss `Σ e²`.
     fn gradient(&self, theta: &[f64]) -> (Matrix, f64) {
         let n = self.n;
         let model = n.split(theta);
-        let found = prediction_errors(model, &self.y, &self.u);
-        let (e, mut w, mut u) = (found.errors, found.undisturbed, self.u.clone());
+        let prediction = prediction_errors(model, &self.y, &self.u);
+        let (e, mut w, mut u) = (prediction.errors, prediction.noise_free, self.u.clone());
         filter_inverse(&mut w, model.f);
         filter_inverse(&mut u, model.f);
         let size = theta.len();
         let mut triangle = IncrementalQr::new(size + 1);
-        let mut past: VecDeque<Vec<f64>> = VecDeque::new();
+        let mut previous_rows: VecDeque<Vec<f64>> = VecDeque::new();
         let mut row = vec![0.0; size + 1];
-        let before = |x: &[f64], t: usize, lag: usize| t.checked_sub(lag).map_or(0.0, |at| x[at]);
+        let lagged = |x: &[f64], t: usize, lag: usize| t.checked_sub(lag).map_or(0.0, |at| x[at]);
         let mut loss = 0.0;
-        for t in found.first..e.len() {
-            (0..n.a).for_each(|k| row[k] = before(&self.y, t, k + 1));
-            (0..n.b).for_each(|j| row[n.a + j] = -before(&u, t, n.delay + j));
-            (0..n.c).for_each(|k| row[n.a + n.b + k] = -before(&e, t, k + 1));
-            (0..n.f).for_each(|k| row[n.a + n.b + n.c + k] = before(&w, t, k + 1));
-            for (c, earlier) in model.c.iter().zip(&past) {
-                (row.iter_mut().zip(earlier)).for_each(|(r, p)| *r -= c * p);
+        for t in prediction.first..e.len() {
+            (0..n.a).for_each(|k| row[k] = lagged(&self.y, t, k + 1));
+            (0..n.b).for_each(|j| row[n.a + j] = -lagged(&u, t, n.delay + j));
+            (0..n.c).for_each(|k| row[n.a + n.b + k] = -lagged(&e, t, k + 1));
+            (0..n.f).for_each(|k| row[n.a + n.b + n.c + k] = lagged(&w, t, k + 1));
+            for (c, previous) in model.c.iter().zip(&previous_rows) {
+                (row.iter_mut().zip(previous)).for_each(|(r, p)| *r -= c * p);
             }
             if n.c > 0 {
-                let mut kept = if past.len() == n.c {
-                    past.pop_back().unwrap_or_default()
+                let mut gradient_row = if previous_rows.len() == n.c {
+                    previous_rows.pop_back().unwrap_or_default()
                 } else {
                     Vec::new()
                 };
-                kept.clear();
-                kept.extend_from_slice(&row[..size]);
-                past.push_front(kept);
+                gradient_row.clear();
+                gradient_row.extend_from_slice(&row[..size]);
+                previous_rows.push_front(gradient_row);
             }
             if t >= self.first {
                 row[size] = -e[t];
@@ -278,7 +278,7 @@ impl PemData {
         (triangle.finish(), loss)
     }
 
-    /// Damped Gauss–Newton from `theta`; the coefficients and how many steps.
+    /// Damped Gauss–Newton iteration from `theta`: coefficients and number of steps.
     fn iterate(&self, mut theta: Vec<f64>) -> Result<(Vec<f64>, usize), Error> {
         let samples = (self.y.len() - self.first) as f64;
         let mut damping = 1e-3;
@@ -287,14 +287,14 @@ impl PemData {
             let (triangle, _) = self.gradient(&theta);
             loop {
                 let change = damped_step(&triangle, damping)?;
-                let gain = predicted_gain(&triangle, &change);
+                let decrease = predicted_decrease(&triangle, &change);
                 let next: Vec<f64> = theta.iter().zip(&change).map(|(t, c)| t + c).collect();
-                if gain <= LOSS_TOLERANCE * loss / samples {
+                if decrease <= LOSS_TOLERANCE * loss / samples {
                     return Ok((theta, step));
                 }
-                let reached = self.loss(&next);
-                if reached < loss {
-                    (theta, loss) = (next, reached);
+                let next_loss = self.loss(&next);
+                if next_loss < loss {
+                    (theta, loss) = (next, next_loss);
                     damping = (damping * 0.1).max(f64::EPSILON);
                     break;
                 }
@@ -304,7 +304,7 @@ impl PemData {
         Err(Error::new(
             Code::NoConvergence,
             format!(
-                "the fit of {} coefficients did not settle in {MAX_ITERATIONS} steps",
+                "the fit of {} coefficients did not converge in {MAX_ITERATIONS} steps",
                 theta.len()
             ),
         )
@@ -314,7 +314,7 @@ impl PemData {
     }
 }
 
-/// Minimises `‖J x − b‖² + damping Σ ‖J_j‖² x_j²` from the triangle of `[J b]`.
+/// Minimises `‖J x − b‖² + damping Σ ‖J_j‖² x_j²` from the QR triangle of `[J b]`.
 fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
     let size = triangle.ncols() - 1;
     let mut extended = IncrementalQr::new(size + 1);
@@ -337,8 +337,8 @@ fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
     Ok(solve_from_r(&extended.finish())?.solution)
 }
 
-/// `‖b‖² − ‖J x − b‖²` from the triangle of `[J b]`.
-fn predicted_gain(triangle: &Matrix, x: &[f64]) -> f64 {
+/// Predicted decrease of the loss, `‖b‖² − ‖J x − b‖²`, from the QR triangle of `[J b]`.
+fn predicted_decrease(triangle: &Matrix, x: &[f64]) -> f64 {
     let size = x.len();
     (0..size)
         .map(|i| {

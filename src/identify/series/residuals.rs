@@ -27,9 +27,9 @@ pub fn ljung_box(residuals: &[f64], lags: usize, fitted: usize) -> Result<Residu
     if lags <= fitted {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("{lags} lags test nothing of a model with {fitted} coefficients"),
+            format!("{lags} lags are too few to test a model with {fitted} coefficients"),
         )
-        .with_hint(format!("take more than {fitted} lags, 20 more are usual")));
+        .with_hint(format!("use more than {fitted} lags, usually 20 more")));
     }
     check_order(residuals.len(), lags, 0)?;
     let (e, _) = remove_mean(residuals);

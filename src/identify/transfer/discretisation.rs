@@ -34,7 +34,7 @@ impl Realisation {
         if !(time_s > 0.0 && time_s.is_finite()) {
             let message = format!("a sample time of {time_s} s is not positive");
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("a tenth of the shortest period of interest is a start"));
+                .with_hint("start with a tenth of the shortest period of interest"));
         }
         let of = [&self.a, &self.b, &self.c, &self.d];
         let [a, b, c, d] = match map {
@@ -48,7 +48,7 @@ impl Realisation {
                         0.5 / time_s
                     );
                     return Err(Error::new(Code::OutOfRange, message)
-                        .with_hint("prewarp at the resonance that matters most"));
+                        .with_hint("prewarp at the most important resonance"));
                 }
                 discretisation::bilinear(of, 2.0 * half.tan() / (TAU * frequency_hz))?
             }

@@ -1,7 +1,7 @@
 //! Export of transfer functions and state space: JSON, CSV, MATLAB level 5.
 //!
-//! In Python: `m = scipy.io.loadmat(file)`, then `control.ss(m["A"], m["B"], m["C"], m["D"])`, or of one function
-//! `control.tf(m["num"][0], m["den"][0])`; in MATLAB `ss(A, B, C, D)`, with `Ts` where it is sampled.
+//! In Python: `m = scipy.io.loadmat(file)`, then `control.ss(m["A"], m["B"], m["C"], m["D"])`, or for one function
+//! `control.tf(m["num"][0], m["den"][0])`; in MATLAB `ss(A, B, C, D)`, with `Ts` for a discrete-time system.
 
 use std::io::{self, Write};
 
@@ -20,28 +20,28 @@ fn complex(z: Complex) -> Value {
     json!({"re": z.re, "im": z.im})
 }
 
-fn channel_label(of: &ChannelLabel) -> Value {
-    json!({"name": of.name, "unit": of.unit})
+fn channel_label(label: &ChannelLabel) -> Value {
+    json!({"name": label.name, "unit": label.unit})
 }
 
 impl TransferFunction {
-    /// `input`, `output`, `poles_rad_s` and `residues` (conjugates after each of a pair), `zeros_rad_s`, `gain`, `direct` by
-    /// powers of s from −2 to 2, `delay_s`, `numerator`, `denominator` by falling powers of s, `polynomial_error`, `fit_error`.
+    /// JSON object with `input`, `output`, `poles_rad_s`, `residues` (each pole of a pair followed by its conjugate), `zeros_rad_s`, `gain`,
+    /// `direct` by powers of s from −2 to 2, `delay_s`, `numerator`, `denominator` by decreasing powers of s, `polynomial_error`, `fit_error`.
     ///
     /// # Errors
     /// Those of [`TransferFunction::zeros`].
     pub fn to_json(&self) -> Result<Value, Error> {
         let (zeros, polynomials) = (self.zeros()?, self.polynomials()?);
         let [l2, l1, d, e, q] = self.direct.coefficients();
-        let complete = self.poles_with_conjugates();
-        let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
-        let usable = finite(&polynomials.numerator) && finite(&polynomials.denominator);
-        let coefficients = |list: &[f64]| usable.then(|| list.to_vec());
+        let poles = self.poles_with_conjugates();
+        let is_finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
+        let are_finite = is_finite(&polynomials.numerator) && is_finite(&polynomials.denominator);
+        let coefficients = |list: &[f64]| are_finite.then(|| list.to_vec());
         Ok(json!({
             "input": self.input.as_ref().map(channel_label),
             "output": channel_label(&self.output),
-            "poles_rad_s": complete.iter().map(|t| complex(t.0)).collect::<Vec<_>>(),
-            "residues": complete.iter().map(|t| complex(t.1)).collect::<Vec<_>>(),
+            "poles_rad_s": poles.iter().map(|t| complex(t.0)).collect::<Vec<_>>(),
+            "residues": poles.iter().map(|t| complex(t.1)).collect::<Vec<_>>(),
             "zeros_rad_s": zeros.zeros.iter().map(|&z| complex(z)).collect::<Vec<_>>(),
             "gain": zeros.gain,
             "direct": {"s^-2": l2, "s^-1": l1, "s^0": d, "s^1": e, "s^2": q},
@@ -55,7 +55,7 @@ impl TransferFunction {
 }
 
 impl Realisation {
-    /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `map` and `prewarp_hz` (null where there are none).
+    /// JSON object with `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `map` and `prewarp_hz` (null if absent).
     pub fn to_json(&self) -> Value {
         json!({
             "a": to_rows(&self.a), "b": to_rows(&self.b), "c": to_rows(&self.c), "d": to_rows(&self.d),
@@ -70,10 +70,10 @@ impl Realisation {
     }
 }
 
-/// One row for every pole (conjugates included) and direct term of every function; poles in rad/s.
+/// Writes a CSV table with one row for each pole (conjugates included) and direct term of every function; poles in rad/s.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(to);
     table.write_record([
@@ -85,9 +85,9 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
             let text = |x: f64| format!("{x:?}");
             let [re, im] =
                 pole.map_or([String::new(), String::new()], |p| [text(p.re), text(p.im)]);
-            let own = [input, &f.output.name, term];
-            let rest = [re, im, text(value.re), text(value.im)];
-            table.write_record(own.into_iter().chain(rest.iter().map(String::as_str)))
+            let labels = [input, &f.output.name, term];
+            let numbers = [re, im, text(value.re), text(value.im)];
+            table.write_record(labels.into_iter().chain(numbers.iter().map(String::as_str)))
         };
         for (pole, residue) in f.poles_with_conjugates() {
             row("residue", Some(pole), residue)?;
@@ -104,34 +104,34 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
     table.flush()
 }
 
-/// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `map`, `delay_s`, cells `inputs` and `outputs` of the state space;
-/// of the continuous functions `poles` (a column, conjugates included, rad/s), `residues` (a column for each function),
-/// `num` (a row for each function, falling powers of s, zeros in front) and `den`, cells `function_inputs`, `function_outputs`.
+/// MATLAB level 5 file with `A`, `B`, `C`, `D`, `Ts` (0 if continuous), `map`, `delay_s`, cells `inputs` and `outputs` of the state space;
+/// for the continuous functions `poles` (a column, conjugates included, rad/s), `residues` (a column for each function), `num` (a row for
+/// each function, decreasing powers of s, zeros in front) and `den`, cells `function_inputs`, `function_outputs`.
 ///
-/// Functions with terms in s or s², or with poles of their own, have no common state space: give each its file.
+/// Functions with terms in s or s², or with different poles, have no common state space; write each to its own file.
 ///
 /// # Errors
 /// Those of [`Realisation::from_transfer_functions`] and [`TransferFunction::zeros`]; `OutputFailed` beyond 4 GB.
 pub fn to_mat(functions: &[TransferFunction], model: &Realisation) -> Result<Vec<u8>, Error> {
-    let found: Vec<TransferPolynomials> = functions
+    let forms: Vec<TransferPolynomials> = functions
         .iter()
         .map(TransferFunction::polynomials)
         .collect::<Result<_, Error>>()?;
-    let common = found.iter().map(|p| &p.denominator).max_by_key(|d| d.len());
-    let common = common.cloned().unwrap_or_default();
-    // Where others integrate and this one does not, both polynomials are times s.
-    let widened = |mut p: TransferPolynomials| {
-        let missing = common.len() - p.denominator.len();
+    let denominator = forms.iter().map(|p| &p.denominator).max_by_key(|d| d.len());
+    let denominator = denominator.cloned().unwrap_or_default();
+    // A function with fewer integrators than others has both polynomials multiplied by s.
+    let extended_numerator = |mut p: TransferPolynomials| {
+        let missing = denominator.len() - p.denominator.len();
         p.numerator.extend(std::iter::repeat_n(0.0, missing));
         p.numerator
     };
-    let numerators: Vec<Vec<f64>> = found.into_iter().map(widened).collect();
-    bytes(functions, model, &numerators, &common).map_err(|e| {
+    let numerators: Vec<Vec<f64>> = forms.into_iter().map(extended_numerator).collect();
+    mat_file(functions, model, &numerators, &denominator).map_err(|e| {
         Error::new(Code::OutputFailed, e.to_string()).with_hint("export fewer functions to a file")
     })
 }
 
-fn bytes(
+fn mat_file(
     functions: &[TransferFunction],
     model: &Realisation,
     numerators: &[Vec<f64>],
@@ -155,13 +155,13 @@ fn bytes(
     file.extend(mat5::cell_strings("inputs", &model.inputs)?);
     file.extend(mat5::cell_strings("outputs", &model.outputs)?);
 
-    let complete: Vec<Vec<(Complex, Complex)>> = functions
+    let pole_lists: Vec<Vec<(Complex, Complex)>> = functions
         .iter()
         .map(TransferFunction::poles_with_conjugates)
         .collect();
-    let rows = complete.first().map_or(0, Vec::len);
-    let poles = || complete.iter().take(1).flatten().map(|t| t.0);
-    let residues = || complete.iter().flatten().map(|t| t.1);
+    let rows = pole_lists.first().map_or(0, Vec::len);
+    let poles = || pole_lists.iter().take(1).flatten().map(|t| t.0);
+    let residues = || pole_lists.iter().flatten().map(|t| t.1);
     file.extend(mat5::complex(
         "poles",
         [rows, 1],
@@ -175,18 +175,18 @@ fn bytes(
         residues().map(|z| z.re),
         residues().map(|z| z.im),
     )?);
-    let longest = numerators.iter().map(Vec::len).max().unwrap_or(0);
+    let max_len = numerators.iter().map(Vec::len).max().unwrap_or(0);
     let at = |i: usize, j: usize| {
-        let lead = longest - numerators[i].len();
-        if j < lead {
+        let n_leading_zeros = max_len - numerators[i].len();
+        if j < n_leading_zeros {
             0.0
         } else {
-            numerators[i][j - lead]
+            numerators[i][j - n_leading_zeros]
         }
     };
     file.extend(real(
         "num",
-        &Matrix::from_fn(numerators.len(), longest, at),
+        &Matrix::from_fn(numerators.len(), max_len, at),
     )?);
     file.extend(mat5::real(
         "den",

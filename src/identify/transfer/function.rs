@@ -116,7 +116,7 @@ impl TransferFunction {
         if let Some(c) = direct.coefficients().iter().find(|c| !c.is_finite()) {
             let message = format!("a direct term of a transfer function is {c}");
             return Err(
-                Error::new(Code::OutOfRange, message).with_hint("leave it out, or give a number")
+                Error::new(Code::OutOfRange, message).with_hint("omit it, or give a finite number")
             );
         }
         Ok(TransferFunction {
@@ -195,7 +195,7 @@ impl TransferFunction {
         if !(delay_s >= 0.0 && delay_s.is_finite()) {
             let message = format!("a dead time of {delay_s} s cannot be");
             return Err(Error::new(Code::OutOfRange, message).with_hint(
-                "a response ahead of its excitation indicates that input and output are exchanged",
+                "check whether input and output are exchanged: the response precedes its excitation",
             ));
         }
         self.delay_s = delay_s;

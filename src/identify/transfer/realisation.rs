@@ -86,9 +86,9 @@ impl Realisation {
                     (Some(f), None) => row.push(f),
                     (f, _) => {
                         let count = if f.is_some() {
-                            "several functions lead"
+                            "there are several functions"
                         } else {
-                            "no function leads"
+                            "there is no function"
                         };
                         let message = format!("{count} from `{name}` to `{output}`");
                         return Err(Error::new(Code::Conflict, message).with_hint(
@@ -176,7 +176,7 @@ fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
                 first.output.name, f.output.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("realise each alone, or fit them together with common poles"));
+                .with_hint("realise each separately, or fit them together with common poles"));
         }
         if f.direct.polynomial_degree() > 0 {
             let message = format!(

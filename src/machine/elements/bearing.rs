@@ -1,7 +1,7 @@
-//! A bearing: `F_row = k_row,col (u₁ − u₂)_col + c_row,col (u̇₁ − u̇₂)_col` over the axes it joins.
+//! Bearing element: `F_row = k_row,col (u₁ − u₂)_col + c_row,col (u̇₁ − u̇₂)_col` over the axes it joins.
 //!
-//! A symmetric positive matrix is split `A = Σ d l lᵀ` (Cholesky without roots), one branch a term, so that K stays a sum of
-//! squares; what is not symmetric (oil films) becomes branches whose force acts along another direction than they deform.
+//! A symmetric positive semidefinite matrix is split `A = Σ d l lᵀ` (LDLᵀ factorisation) into one branch per term, so that K stays a sum of
+//! squares; an unsymmetric matrix (oil film) becomes branches whose force acts along another direction than their deformation.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::machine::components::{Branch, BranchLaw, Support};
 use crate::machine::direction::Direction;
 use crate::scene::model::{Axis, Bearing, BranchDamping, BranchEnd};
 
-/// The axes a bearing gives its nodes: those it has a term for, in row or column.
+/// Axes with a stiffness or damping term, in row or column; the nodes of the bearing need these.
 pub fn axes(bearing: &Bearing) -> Vec<Axis> {
     let mut axes: Vec<Axis> = bearing
         .stiffness
@@ -25,9 +25,9 @@ pub fn axes(bearing: &Bearing) -> Vec<Axis> {
     axes
 }
 
-/// Puts the bearing's branches.
+/// Adds the branches, supports and friction of a bearing to the machine.
 pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> Result<(), Error> {
-    let apart = axes(bearing)
+    let displacements = axes(bearing)
         .into_iter()
         .map(|axis| {
             Ok((
@@ -37,21 +37,21 @@ pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> R
         })
         .collect::<Result<BTreeMap<Axis, Direction>, Error>>()?;
     let mut forces: BTreeMap<Axis, Vec<(usize, f64)>> = BTreeMap::new();
-    let mut put = |entries: &[(Axis, Axis, f64)], law: &dyn Fn(f64) -> BranchLaw| {
-        for term in split(entries) {
-            let own = builder.machine.branches.len();
+    let mut add_branches = |entries: &[(Axis, Axis, f64)], law: &dyn Fn(f64) -> BranchLaw| {
+        for term in matrix_terms(entries) {
+            let index = builder.machine.branches.len();
             match &term.force {
-                Some(row) => forces.entry(*row).or_default().push((own, 1.0)),
-                None => (term.along.iter())
-                    .for_each(|&(axis, a)| forces.entry(axis).or_default().push((own, a))),
+                Some(row) => forces.entry(*row).or_default().push((index, 1.0)),
+                None => (term.deformation.iter())
+                    .for_each(|&(axis, a)| forces.entry(axis).or_default().push((index, a))),
             }
             let combine = |weights: &[(Axis, f64)]| {
-                let terms = weights
-                    .iter()
-                    .flat_map(|&(axis, a)| apart[&axis].entries().map(move |(i, x)| (i, a * x)));
+                let terms = weights.iter().flat_map(|&(axis, a)| {
+                    displacements[&axis].entries().map(move |(i, x)| (i, a * x))
+                });
                 Direction::new(1.0, terms)
             };
-            let direction = combine(&term.along);
+            let direction = combine(&term.deformation);
             let force = term.force.as_ref().map(|row| combine(&[(*row, 1.0)]));
             let part = Some(term.part.clone());
             let law = law(term.value);
@@ -70,20 +70,20 @@ pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> R
             });
         }
     };
-    put(&bearing.stiffness, &|stiffness| BranchLaw::Linear {
+    add_branches(&bearing.stiffness, &|stiffness| BranchLaw::Linear {
         stiffness,
         loss: bearing.loss,
     });
-    put(&bearing.damping, &|c| BranchLaw::Linear {
+    add_branches(&bearing.damping, &|c| BranchLaw::Linear {
         stiffness: 0.0,
         loss: BranchDamping::Viscous(c),
     });
-    for (axis, apart) in apart {
+    for (axis, deflection) in displacements {
         let forces = forces.remove(&axis).unwrap_or_default();
         builder.machine.supports.push(Support {
             element,
             axis,
-            deflection: apart,
+            deflection,
             forces,
         });
     }
@@ -93,7 +93,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> R
     }
 }
 
-/// `u₁ − u₂` along one axis.
+/// Relative displacement `u₁ − u₂` along one axis.
 fn relative_displacement(
     builder: &MachineBuilder,
     ends: &[BranchEnd; 2],
@@ -108,16 +108,16 @@ fn relative_displacement(
     Ok(Direction::new(1.0, terms))
 }
 
-/// One term of a bearing's matrix.
+/// Term of a stiffness or damping matrix.
 struct MatrixTerm {
     part: String,
     value: f64,
-    along: Vec<(Axis, f64)>,
+    deformation: Vec<(Axis, f64)>,
     force: Option<Axis>,
 }
 
-/// Splits a matrix into squares where it is symmetric and positive, else into its entries.
-fn split(entries: &[(Axis, Axis, f64)]) -> Vec<MatrixTerm> {
+/// Splits a matrix into rank-one terms if it is symmetric and positive semidefinite, else into its entries.
+fn matrix_terms(entries: &[(Axis, Axis, f64)]) -> Vec<MatrixTerm> {
     let value = |row: Axis, column: Axis| -> f64 {
         entries
             .iter()
@@ -125,7 +125,7 @@ fn split(entries: &[(Axis, Axis, f64)]) -> Vec<MatrixTerm> {
             .map(|e| e.2)
             .sum()
     };
-    squares(entries, &value).unwrap_or_else(|| {
+    rank_one_terms(entries, &value).unwrap_or_else(|| {
         let entry = |&(row, column, value): &(Axis, Axis, f64)| MatrixTerm {
             part: if row == column {
                 row.name().to_string()
@@ -133,14 +133,14 @@ fn split(entries: &[(Axis, Axis, f64)]) -> Vec<MatrixTerm> {
                 format!("{} from {}", row.name(), column.name())
             },
             value,
-            along: vec![(column, 1.0)],
+            deformation: vec![(column, 1.0)],
             force: (row != column).then_some(row),
         };
         entries.iter().filter(|e| e.2 != 0.0).map(entry).collect()
     })
 }
 
-fn squares(
+fn rank_one_terms(
     entries: &[(Axis, Axis, f64)],
     value: &dyn Fn(Axis, Axis) -> f64,
 ) -> Option<Vec<MatrixTerm>> {
@@ -153,31 +153,31 @@ fn squares(
     let mut axes: Vec<Axis> = entries.iter().flat_map(|e| [e.0, e.1]).collect();
     axes.sort();
     axes.dedup();
-    let mut rest: Vec<Vec<f64>> = axes
+    let mut s: Vec<Vec<f64>> = axes
         .iter()
         .map(|&a| axes.iter().map(|&b| value(a, b)).collect())
         .collect();
     let mut terms = Vec::new();
     for j in 0..axes.len() {
-        let pivot = rest[j][j];
+        let pivot = s[j][j];
         let scale = value(axes[j], axes[j]).abs();
         if pivot <= scale * 1e-14 {
-            // Nothing is left on the diagonal: a zero row is complete, anything else is not positive.
-            if rest[j].iter().skip(j).all(|x| x.abs() <= scale * 1e-14) && pivot >= -scale * 1e-14 {
+            // A zero pivot requires a zero row; otherwise the matrix is indefinite.
+            if s[j].iter().skip(j).all(|x| x.abs() <= scale * 1e-14) && pivot >= -scale * 1e-14 {
                 continue;
             }
             return None;
         }
-        let along: Vec<(Axis, f64)> = (j..axes.len())
-            .map(|i| (axes[i], rest[i][j] / pivot))
+        let deformation: Vec<(Axis, f64)> = (j..axes.len())
+            .map(|i| (axes[i], s[i][j] / pivot))
             .filter(|t| t.1 != 0.0)
             .collect();
         for a in j + 1..axes.len() {
             for b in j + 1..axes.len() {
-                rest[a][b] -= rest[a][j] * rest[j][b] / pivot;
+                s[a][b] -= s[a][j] * s[j][b] / pivot;
             }
         }
-        let part = along
+        let part = deformation
             .iter()
             .map(|t| t.0.name())
             .collect::<Vec<_>>()
@@ -185,7 +185,7 @@ fn squares(
         terms.push(MatrixTerm {
             part,
             value: pivot,
-            along,
+            deformation,
             force: None,
         });
     }

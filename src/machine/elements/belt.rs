@@ -29,7 +29,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, belt: &Belt) -> Result<
             teeth: None,
             carrier: None,
             branches: vec![branch],
-            seats: Vec::new(),
+            mesh_geometries: Vec::new(),
         };
         builder.machine.gears.push(gear);
     }

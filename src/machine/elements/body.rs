@@ -23,13 +23,12 @@ pub fn add(builder: &mut MachineBuilder, element: usize, body: &Inertia) -> Resu
         };
         let value = value.ok_or_else(|| {
             let what = format!(
-                "a bearing gives `{}` the axis {}, and its {key} is not stated",
+                "`{}` has the axis {} by a bearing, and its {key} is not stated",
                 body.name.text,
                 axis.name()
             );
-            let hint = format!(
-                "add `{key}` (0 if it has none), or leave that stiffness out of the bearing"
-            );
+            let hint =
+                format!("add `{key}` (0 if it has none), or omit that stiffness of the bearing");
             Error::new(Code::MissingKey, what)
                 .with_span(&body.name.span)
                 .with_hint(hint)
@@ -44,7 +43,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, body: &Inertia) -> Resu
         let gyroscopic = vec![(rx, ry, body.polar)];
         builder.machine.gyroscopic.push(GyroscopicTerms {
             element,
-            turning: theta,
+            spin_dof: theta,
             gyroscopic,
             centripetal: Vec::new(),
             outwards: None,

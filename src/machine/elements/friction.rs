@@ -1,7 +1,7 @@
 //! Load-dependent friction: bearings `T = T₀ + μ r F`, teeth `μ F` along the path of contact.
 //!
-//! A pair of teeth that touches at s from the pitch point slides at `L₁ω₁ + L₂ω₂`, `L₁ = r_b1 tan α + s`, `L₂ = r_b2 tan α − s` (positive
-//! turns of the two opposite): `s (θ̇₁ − θ̇₂)` next to what sliding at the pitch point would be. The sense is that of `s (θ̇₁ − θ̇₂)`.
+//! A pair of teeth in contact at s from the pitch point slides at `L₁ω₁ + L₂ω₂`, `L₁ = r_b1 tan α + s`, `L₂ = r_b2 tan α − s` (positive
+//! rotations opposite): `s (θ̇₁ − θ̇₂)` plus the sliding at the pitch point. The sense of the force follows `s (θ̇₁ − θ̇₂)`.
 
 use super::mesh::MeshSide;
 use crate::base::code::Code;
@@ -15,10 +15,10 @@ use crate::machine::direction::Direction;
 use crate::scene::laws::ToothFriction;
 use crate::scene::model::{Axis, Bearing, BearingFriction, BranchEnd, GearPair};
 
-/// Puts the friction of a bearing.
+/// Adds the friction element of a bearing to the machine.
 ///
 /// # Errors
-/// A pair that is not there or is rigid; a coefficient that nothing loads.
+/// `Conflict` for a loading pair that is missing or rigid; `MissingKey` for a friction coefficient without a load.
 pub fn add_bearing_friction(
     builder: &mut MachineBuilder,
     element: usize,
@@ -29,27 +29,27 @@ pub fn add_bearing_friction(
         builder.rotation_of_end(&part.between[0])?,
         builder.rotation_of_end(&part.between[1])?,
     ];
-    let by = match (&friction.loaded_by, friction.coefficient > 0.0) {
+    let components = match (&friction.loaded_by, friction.coefficient > 0.0) {
         (_, false) => Vec::new(),
         (Some((pair, share)), true) => {
             let machine = &builder.machine;
-            let is = |b: &crate::machine::components::Branch| {
+            let loads = |b: &crate::machine::components::Branch| {
                 machine.elements[b.element].name == pair.text && b.law != BranchLaw::Rigid
             };
-            let meshes = ["gear_pair", "worm_pair", "belt"];
-            let found = machine.branches.iter().position(is).filter(|&at| {
-                meshes.contains(&machine.elements[machine.branches[at].element].kind)
+            let pair_kinds = ["gear_pair", "worm_pair", "belt"];
+            let index = machine.branches.iter().position(loads).filter(|&i| {
+                pair_kinds.contains(&machine.elements[machine.branches[i].element].kind)
             });
-            let found = found.ok_or_else(|| {
+            let index = index.ok_or_else(|| {
                 let message = format!(
-                    "`{}` carries the force of `{}`, which is no elastic pair or belt",
+                    "`{}` carries the force of `{}`, which is not an elastic pair or belt",
                     part.name.text, pair.text
                 );
                 Error::new(Code::Conflict, message)
                     .with_span(&pair.span)
                     .with_hint("name a [[gear_pair]], [[worm_pair]] or [[belt]] that has `k`")
             })?;
-            vec![vec![(found, *share)]]
+            vec![vec![(index, *share)]]
         }
         (None, true) => radial_forces(builder, element, part)?,
     };
@@ -60,14 +60,14 @@ pub fn add_bearing_friction(
         grip: FrictionCapacity::Pressed(LoadDependentCapacity {
             constant: friction.constant,
             coefficient: friction.coefficient,
-            force_components: by,
+            force_components: components,
             path: None,
         }),
     });
     Ok(())
 }
 
-/// The forces along x and y of the bearing's own branches.
+/// Forces of the branches of a bearing along x and y: branch index and factor, by component.
 fn radial_forces(
     builder: &MachineBuilder,
     element: usize,
@@ -84,13 +84,13 @@ fn radial_forces(
             None => None,
         };
         let branches = builder.machine.branches.iter().enumerate();
-        let of_bearing = branches.filter(|(_, b)| b.element == element);
-        let along = |b: &crate::machine::components::Branch| -> f64 {
-            let acts = b.force.as_ref().unwrap_or(&b.direction);
-            let own = acts.entries().filter(|t| Some(t.0) == dof);
-            own.map(|t| t.1).sum()
+        let bearing_branches = branches.filter(|(_, b)| b.element == element);
+        let projection = |b: &crate::machine::components::Branch| -> f64 {
+            let direction = b.force.as_ref().unwrap_or(&b.direction);
+            let terms = direction.entries().filter(|t| Some(t.0) == dof);
+            terms.map(|t| t.1).sum()
         };
-        let forces = of_bearing.map(|(at, b)| (at, along(b)));
+        let forces = bearing_branches.map(|(at, b)| (at, projection(b)));
         let forces: Vec<(usize, f64)> = forces.filter(|f| f.1 != 0.0).collect();
         if !forces.is_empty() {
             components.push(forces);
@@ -100,7 +100,7 @@ fn radial_forces(
         false => Ok(components),
         true => {
             let message = format!(
-                "nothing loads `{}`, and its friction goes by load",
+                "`{}` has load-dependent friction and no load",
                 part.name.text
             );
             Err(Error::new(Code::MissingKey, message)
@@ -110,10 +110,10 @@ fn radial_forces(
     }
 }
 
-/// Puts the friction of the teeth of a pair; `drive` as its drive flanks see both gears, `branch` where they act.
+/// Adds the tooth friction of a gear pair; `drive` holds both gears as seen from the drive flanks, `branch` is the index of the mesh branch.
 ///
 /// # Errors
-/// Teeth that never hand over.
+/// `OutOfRange` for a contact ratio below 1.
 pub fn add_tooth_friction(
     builder: &mut MachineBuilder,
     element: usize,
@@ -125,35 +125,35 @@ pub fn add_tooth_friction(
     let angle = (pair.pressure_angle.tan() / pair.spiral_angles[0].cos()).atan();
     let radii = [drive[0].radius, drive[1].radius];
     let addendum = 2.0 * scale / pair.pressure_angle.cos();
-    let usual = [
+    let default_tips = [
         radii[0] + addendum,
         radii[1] + if pair.internal { -addendum } else { addendum },
     ];
-    let members = PathGeometry {
+    let geometry = PathGeometry {
         base: radii.map(|r| r * angle.cos()),
-        tip: friction.tips.unwrap_or(usual),
+        tip: friction.tips.unwrap_or(default_tips),
         angle,
         teeth: pair.teeth[0],
         internal: pair.internal,
     };
-    let path = PathOfContact::new(&members).ok_or_else(|| {
+    let path = PathOfContact::new(&geometry).ok_or_else(|| {
         let message = format!(
-            "the teeth of `{}` let go before the next ones touch: their contact ratio is below 1",
+            "the contact ratio of `{}` is below 1: teeth separate before the next ones touch",
             pair.name.text
         );
         Error::new(Code::OutOfRange, message)
             .with_span(&pair.name.span)
-            .with_hint("give `tip_diameters`, or leave `friction` out")
+            .with_hint("give `tip_diameters`, or omit `friction`")
     })?;
-    let aside = [1.0, -1.0].map(|flank| {
+    let pitch_point_sliding = [1.0, -1.0].map(|flank| {
         let mut terms = Vec::new();
         for (side, &theta) in drive.iter().zip(&thetas) {
             let [radial, tangential, _] = side.normal;
-            let across = radial.hypot(tangential);
-            terms.push((theta, angle.tan() * scale * side.theta_coefficient / across));
+            let length = radial.hypot(tangential);
+            terms.push((theta, angle.tan() * scale * side.theta_coefficient / length));
             let (sin, cos) = side.angle.sin_cos();
-            let t = [-tangential, radial].map(|x| flank * side.sign * x / across);
-            // On the coast flank the radial part of the normal points the other way.
+            let t = [-tangential, radial].map(|x| flank * side.sign * x / length);
+            // The radial component of the normal is reversed on the coast flank.
             let t = if flank < 0.0 { [t[0], -t[1]] } else { t };
             for (axis, x) in [
                 (Axis::X, t[0] * cos - t[1] * sin),
@@ -173,7 +173,7 @@ pub fn add_tooth_friction(
             coefficient: friction.coefficient,
             force_components: vec![vec![(branch, 1.0)]],
             path: Some(ToothFrictionPath {
-                pitch_point_sliding: aside,
+                pitch_point_sliding,
                 pieces: match friction.path {
                     Some(_) => path.segments(),
                     None => vec![path.mean_segment()],

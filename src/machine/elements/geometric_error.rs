@@ -63,7 +63,7 @@ pub fn add_mesh_flanks(builder: &mut MachineBuilder) {
             span: machine.elements[contact.element].span.clone(),
             element: name,
             cause: ErrorCause::Profile,
-            rotation_dof: cycle.turning,
+            rotation_dof: cycle.rotation,
             carrier: cycle.carrier,
             periods_per_rev: (cycle.teeth, 1),
             acts: vec![ErrorAction {
@@ -100,19 +100,16 @@ fn gear(builder: &MachineBuilder, spec: &model::DeclaredError) -> Result<Geometr
     let is_uniform = gears.iter().all(|g| g.teeth == Some(teeth));
     if spec.cause == ErrorCause::Axial && machine.elements[first.element].kind != "worm_pair" {
         let message = format!(
-            "`{}` is no worm, and cause = \"axial\" is of worms",
+            "`{}` is not a worm, and cause = \"axial\" applies to worms only",
             spec.on.text
         );
         return Err(Error::new(Code::Conflict, message)
             .with_span(&spec.on.span)
-            .with_hint("give what it does to the line of action as cause = \"form\""));
+            .with_hint("state its effect along the line of action as cause = \"form\""));
     }
     let needs_teeth = spec.cause.is_pitch() || matches!(spec.size, ErrorDefinition::Mesh(_));
     if needs_teeth && !is_uniform {
-        let message = format!(
-            "`{}` carries gears of different tooth numbers",
-            spec.on.text
-        );
+        let message = format!("`{}` has gears of different tooth numbers", spec.on.text);
         return Err(Error::new(Code::Conflict, message)
             .with_span(&spec.on.span)
             .with_hint("state with `mesh` the pair to which the error belongs"));
@@ -122,9 +119,9 @@ fn gear(builder: &MachineBuilder, spec: &model::DeclaredError) -> Result<Geometr
         _ => None,
     };
     let mut acts = Vec::new();
-    let zero = first.seats.first().map_or(0.0, |seat| seat.angle);
+    let zero = first.mesh_geometries.first().map_or(0.0, |seat| seat.angle);
     for gear in &gears {
-        for (&branch, seat) in gear.branches.iter().zip(&gear.seats) {
+        for (&branch, seat) in gear.branches.iter().zip(&gear.mesh_geometries) {
             if !seat.has_module {
                 return Err(unsized_pair(machine, spec, gear));
             }
@@ -189,7 +186,7 @@ fn gears<'a>(
             &mesh.span,
         ),
         None => (
-            format!("`{}` carries no toothed gear", spec.on.text),
+            format!("`{}` has no toothed gear", spec.on.text),
             &spec.on.span,
         ),
     };
@@ -202,7 +199,7 @@ fn gears<'a>(
 fn unsized_pair(machine: &Machine, spec: &model::DeclaredError, gear: &Gear) -> Error {
     let name = &machine.elements[gear.element].name;
     let message = format!(
-        "`{name}` has no module, so a length on `{}` is no angle",
+        "`{name}` has no module, so a length on `{}` has no angle",
         spec.on.text
     );
     Error::new(Code::MissingKey, message)
@@ -260,7 +257,7 @@ fn shape(spec: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
                 );
                 return Err(Error::new(Code::OutOfRange, message)
                     .with_span(&spec.on.span)
-                    .with_hint("a pitch table has one value a tooth"));
+                    .with_hint("a pitch table has one value per tooth"));
             }
             Waveform::Table(match spec.cause {
                 ErrorCause::SinglePitch => cumulative_sum(values),
@@ -296,16 +293,20 @@ fn from_grade(
     phase: f64,
 ) -> Result<(Waveform, String), Error> {
     let out_of_range = |message: String| {
-        let hint = "state an `amplitude`, and in a comment where it comes from";
+        let hint = "state an `amplitude`, and its source in a comment";
         Error::new(Code::OutOfRange, message)
             .with_span(&spec.on.span)
             .with_hint(hint)
     };
     let name = Edition::Y1995.name();
     let teeth = gear.teeth.unwrap_or(1);
-    let Some([module, radius]) = gear.seats.first().and_then(|seat| seat.cylindrical) else {
+    let Some([module, radius]) = gear
+        .mesh_geometries
+        .first()
+        .and_then(|seat| seat.cylindrical)
+    else {
         return Err(out_of_range(format!(
-            "{name} is of cylindrical gears, and `{}` is none",
+            "{name} applies to cylindrical gears, and `{}` is not one",
             spec.on.text
         )));
     };
@@ -334,7 +335,7 @@ fn from_grade(
         })?;
     if spec.cause == ErrorCause::SinglePitch {
         let assumption = format!(
-            "{name} grade {grade}: pitches by chance within ± f_pt, {:.1} µm, added up to orders 1 to {RANDOM_PITCH_ORDERS}",
+            "{name} grade {grade}: random pitches within ± f_pt, {:.1} µm, added up to orders 1 to {RANDOM_PITCH_ORDERS}",
             1e6 * limit
         );
         return Ok((random_pitch_errors(limit, teeth, phase), assumption));
@@ -428,7 +429,9 @@ fn belt(
     };
     let circle = TAU * element.radii[0];
     if length < circle {
-        let message = format!("a belt {length} m long does not go round its pulley of {circle} m");
+        let message = format!(
+            "a belt of {length} m is shorter than the circumference of its pulley, {circle} m"
+        );
         return Err(Error::new(Code::OutOfRange, message).with_span(&spec.on.span));
     }
     let periods_per_rev = (nanometres(circle), nanometres(length));
@@ -512,7 +515,7 @@ fn no_element(spec: &model::DeclaredError, kind: &str, cause: &str) -> Error {
     Error::new(Code::UnknownNode, message)
         .with_span(&spec.on.span)
         .with_hint(format!(
-            "cause = \"{cause}\" is declared on a [[{kind}]] by its name"
+            "cause = \"{cause}\" is declared by the name of a [[{kind}]]"
         ))
 }
 

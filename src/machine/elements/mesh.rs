@@ -94,7 +94,7 @@ pub fn add_pair(
             teeth: Some(teeth),
             carrier: None,
             branches: vec![branch],
-            seats: vec![seat],
+            mesh_geometries: vec![seat],
         };
         builder.machine.gears.push(gear);
     }

@@ -15,25 +15,25 @@ use crate::machine::components::{Gear, GyroscopicTerms, MeshGeometry, StageMembe
 use crate::machine::direction::Direction;
 use crate::scene::model::{Axis, BranchEnd, ContactParameters, Planetary, PlanetaryGeometry};
 
-/// Name of planet `n`, counted from 1.
+/// Node name of planet `n`, counted from 1.
 pub fn planet(stage: &Planetary, n: usize) -> String {
     format!("{}.planet_{n}", stage.name.text)
 }
 
-/// Moment arms of a stage, each a whole number times a common scale, or radii where those were given.
+/// Moment arms of a stage: numbers of teeth times a scale per mesh, or the given radii with a scale of 1.
 struct MomentArms {
-    /// Factor to metres of the sun's and the ring's mesh.
+    /// Scale from arms to metres for the sun mesh and the ring mesh.
     scale: [f64; 2],
     sun: f64,
     planet: f64,
     ring: f64,
-    /// Moment arm of the carrier in the sun's and the ring's mesh.
+    /// Moment arm of the carrier in the sun mesh and the ring mesh.
     carrier: [f64; 2],
-    /// Radius of the planets' centres, m.
+    /// Radius of the planet centres, m.
     centre: f64,
 }
 
-fn arms(stage: &Planetary) -> MomentArms {
+fn moment_arms(stage: &Planetary) -> MomentArms {
     let cos = stage.pressure_angles.map(f64::cos);
     match stage.size {
         PlanetaryGeometry::Teeth { teeth, modules } => {
@@ -63,31 +63,31 @@ fn arms(stage: &Planetary) -> MomentArms {
     }
 }
 
-/// The members whose x and y the stage gives a degree of freedom.
+/// Members that have x and y degrees of freedom in a lateral stage.
 pub fn members(stage: &Planetary) -> [&BranchEnd; 3] {
     [&stage.sun, &stage.ring, &stage.carrier]
 }
 
-/// Puts planets, meshes and bearings.
+/// Adds the planets, meshes and bearings of a stage to the machine.
 pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> Result<(), Error> {
-    let arms = arms(stage);
+    let arms = moment_arms(stage);
     let [sun, ring, carrier] = [&stage.sun, &stage.ring, &stage.carrier];
     let thetas = [
         builder.rotation_of_end(sun)?,
         builder.rotation_of_end(ring)?,
         builder.rotation_of_end(carrier)?,
     ];
-    refuse_what_needs_lateral(stage)?;
-    note_assembly(builder, stage);
+    check_planet_bearing(stage)?;
+    check_assembly(builder, stage);
     add_planet_inertia(builder, element, stage, &arms, thetas[2])?;
     let mut meshes = [Vec::new(), Vec::new()];
-    for (at, &position) in stage.positions.iter().enumerate() {
-        let name = planet(stage, at + 1);
+    for (index, &position) in stage.positions.iter().enumerate() {
+        let name = planet(stage, index + 1);
         let theta = builder
             .dof_by_name(&name, Axis::Theta)
             .ok_or_else(|| missing_teeth_error(stage))?;
         builder.mass(element, theta, stage.planet_polar);
-        let across = match stage.lateral {
+        let planet_xy = match stage.lateral {
             true => Some(lateral_planet(
                 builder, element, stage, &arms, position, &name,
             )?),
@@ -97,18 +97,18 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
             let (word, contact) =
                 [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
             let member = [sun, ring][mesh];
-            let own = [arms.sun, arms.ring][mesh];
-            let turn = [arms.planet, -arms.planet][mesh];
+            let member_arm = [arms.sun, arms.ring][mesh];
+            let planet_arm = [arms.planet, -arms.planet][mesh];
             let flank = |alpha: f64| -> Result<Direction, Error> {
-                let mut terms = vec![(theta, turn)];
-                terms.extend(thetas[mesh].map(|i| (i, own)));
-                match across {
+                let mut terms = vec![(theta, planet_arm)];
+                terms.extend(thetas[mesh].map(|i| (i, member_arm)));
+                match planet_xy {
                     None => terms.extend(thetas[2].map(|i| (i, -arms.carrier[mesh]))),
                     Some([x, y]) => {
-                        let lean = [-alpha, alpha][mesh];
-                        let (sin, cos) = (position + lean).sin_cos();
+                        let tilt = [-alpha, alpha][mesh];
+                        let (sin, cos) = (position + tilt).sin_cos();
                         let scale = arms.scale[mesh];
-                        terms.extend([(x, lean.sin() / scale), (y, -alpha.cos() / scale)]);
+                        terms.extend([(x, tilt.sin() / scale), (y, -alpha.cos() / scale)]);
                         if let BranchEnd::Node(node) = member {
                             terms.extend(builder.dof(node, Axis::X)?.map(|i| (i, -sin / scale)));
                             terms.extend(builder.dof(node, Axis::Y)?.map(|i| (i, cos / scale)));
@@ -126,7 +126,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
             let contact = &phase_shifted_contact(stage, contact, mesh, position);
             builder.contact(
                 element,
-                Some(format!("{word} to planet {}", at + 1)),
+                Some(format!("{word} to planet {}", index + 1)),
                 drive,
                 coast,
                 contact,
@@ -134,13 +134,13 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
         }
     }
     if let PlanetaryGeometry::Teeth { teeth, .. } = stage.size {
-        list(builder, element, stage, teeth, thetas, meshes);
+        register_gears(builder, element, stage, teeth, thetas, meshes);
     }
     Ok(())
 }
 
-/// Lists sun and ring, planets, and the fixed members of sun and ring under a rotating carrier.
-fn list(
+/// Registers sun, ring and planets as gears and members; a fixed sun or ring under a rotating carrier is a fixed member.
+fn register_gears(
     builder: &mut MachineBuilder,
     element: usize,
     stage: &Planetary,
@@ -157,7 +157,7 @@ fn list(
             teeth: Some(z),
             carrier,
             branches: meshes[mesh].clone(),
-            seats: seats.collect(),
+            mesh_geometries: seats.collect(),
         };
         match (thetas[mesh], thetas[2]) {
             (Some(turning), carrier) => builder.machine.gears.push(gear(turning, carrier)),
@@ -181,7 +181,7 @@ fn list(
             teeth: Some(teeth[1]),
             carrier: thetas[2],
             branches: vec![branches.0, branches.1],
-            seats: vec![
+            mesh_geometries: vec![
                 planet_seat(stage, 0, teeth[1]),
                 planet_seat(stage, 1, teeth[1]),
             ],
@@ -194,7 +194,7 @@ fn list(
     }
 }
 
-/// Geometry of the sun (mesh 0) or the ring (mesh 1) in the mesh with a planet at a position.
+/// Geometry of the sun (mesh 0) or the ring (mesh 1) in the mesh with a planet at an angular position, rad.
 fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
     let across = [alpha, -alpha].map(|alpha| {
@@ -207,12 +207,12 @@ fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> M
         along: 0.0,
         lever: alpha.cos(),
         cylindrical: cylindrical(stage, mesh, teeth),
-        has_module: is_sized(stage),
+        has_module: has_module(stage),
     }
 }
 
-/// Geometry of a planet in the mesh with the sun (0) or the ring (1), its x outwards and its y along the turning sense of the carrier. The
-/// ring's teeth push it where the sun's push it back, on its other flanks.
+/// Geometry of a planet in the mesh with the sun (0) or the ring (1), with x outwards and y in the sense of carrier rotation. The ring
+/// loads the flanks opposite to those loaded by the sun.
 fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
     let outwards = [-1.0, 1.0][mesh];
@@ -222,15 +222,15 @@ fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> MeshGeometry {
         along: 0.0,
         lever: -outwards * alpha.cos(),
         cylindrical: cylindrical(stage, mesh, teeth),
-        has_module: is_sized(stage),
+        has_module: has_module(stage),
     }
 }
 
-fn is_sized(stage: &Planetary) -> bool {
+fn has_module(stage: &Planetary) -> bool {
     !matches!(stage.size, PlanetaryGeometry::Teeth { modules: None, .. })
 }
 
-/// Module and radius of the pitch circle, where they are known; teeth are taken as straight.
+/// Module and pitch radius, m, of spur teeth; `None` without module.
 fn cylindrical(stage: &Planetary, mesh: usize, teeth: u32) -> Option<[f64; 2]> {
     match stage.size {
         PlanetaryGeometry::Teeth { modules, .. } => {
@@ -240,11 +240,11 @@ fn cylindrical(stage: &Planetary, mesh: usize, teeth: u32) -> Option<[f64; 2]> {
     }
 }
 
-/// Contact of a planet at a position: its wave lags that of a planet at zero by `z ψ`, z the teeth of sun or ring; where these are fixed,
-/// and the carrier takes the planet along, it leads by `z ψ`.
+/// Contact of a planet at an angular position ψ: its mesh variation lags that of a planet at zero by `z ψ`, with z teeth on the
+/// sun or ring. If this member is fixed and the carrier rotates, the variation leads by `z ψ`.
 ///
-/// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the lead between sun and ring meshes
-/// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.
+/// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the phase between the sun and ring meshes of
+/// one planet, which depends on the tooth thicknesses, is the `phase` of each variation.
 fn phase_shifted_contact(
     stage: &Planetary,
     contact: &ContactParameters,
@@ -253,20 +253,20 @@ fn phase_shifted_contact(
 ) -> ContactParameters {
     let mut contact = contact.clone();
     if let PlanetaryGeometry::Teeth { teeth, .. } = &stage.size {
-        let stands = matches!([&stage.sun, &stage.ring][mesh], BranchEnd::Ground);
-        let ahead = f64::from([teeth[0], teeth[2]][mesh]) * position;
-        contact.shift_phase(if stands { ahead } else { -ahead });
+        let is_fixed = matches!([&stage.sun, &stage.ring][mesh], BranchEnd::Ground);
+        let lead = f64::from([teeth[0], teeth[2]][mesh]) * position;
+        contact.shift_phase(if is_fixed { lead } else { -lead });
     }
     contact
 }
 
-/// A planet's bearing gives way only where planets move sideways.
-fn refuse_what_needs_lateral(stage: &Planetary) -> Result<(), Error> {
+/// Rejects a planet bearing stiffness in a stage without lateral planet motion.
+fn check_planet_bearing(stage: &Planetary) -> Result<(), Error> {
     if stage.lateral || stage.planet_bearing.is_none() {
         return Ok(());
     }
     let message = format!(
-        "`{}` gives its planets' bearings a stiffness, and its planets do not move sideways",
+        "`{}` states a stiffness of the planet bearings, but its planets have no lateral degrees of freedom",
         stage.name.text
     );
     Err(Error::new(Code::Conflict, message)
@@ -274,8 +274,8 @@ fn refuse_what_needs_lateral(stage: &Planetary) -> Result<(), Error> {
         .with_hint("add `lateral = true`, or leave out `k_bearing`"))
 }
 
-/// Equally spaced planets find their teeth only where `(z_s + z_r)/N` is whole (Müller, Die Umlaufgetriebe, 2nd ed. 1998, sec. 5.2).
-fn note_assembly(builder: &mut MachineBuilder, stage: &Planetary) {
+/// Warns if equally spaced planets cannot mesh: `(z_s + z_r)/N` must be an integer (Müller, Die Umlaufgetriebe, 2nd ed. 1998, sec. 5.2).
+fn check_assembly(builder: &mut MachineBuilder, stage: &Planetary) {
     let PlanetaryGeometry::Teeth {
         teeth: [sun, _, ring],
         ..
@@ -285,20 +285,20 @@ fn note_assembly(builder: &mut MachineBuilder, stage: &Planetary) {
     };
     let n = stage.positions.len();
     let pitch = std::f64::consts::TAU / n as f64;
-    let gap = |pair: &[f64]| (pair[1] - pair[0] - pitch).abs() < 1e-6;
+    let is_pitch = |pair: &[f64]| (pair[1] - pair[0] - pitch).abs() < 1e-6;
     if n > 1
-        && stage.positions.windows(2).all(gap)
+        && stage.positions.windows(2).all(is_pitch)
         && !(u64::from(sun) + u64::from(ring)).is_multiple_of(n as u64)
     {
         let text = format!(
-            "{}: {n} equally spaced planets do not fit sun {sun} and ring {ring}: (z_s + z_r)/{n} is not whole",
+            "{}: {n} equally spaced planets do not fit sun {sun} and ring {ring}: (z_s + z_r)/{n} is not an integer",
             stage.name.text
         );
         builder.add_diagnostic("assembly", text);
     }
 }
 
-/// Planets that do not move sideways ride with the carrier: `n m r²` on its rotation.
+/// Adds the inertia `n m r²` of planets without lateral motion to the carrier rotation.
 fn add_planet_inertia(
     builder: &mut MachineBuilder,
     element: usize,
@@ -311,7 +311,7 @@ fn add_planet_inertia(
     };
     if matches!(stage.size, PlanetaryGeometry::Teeth { modules: None, .. }) && mass > 0.0 {
         let message = format!(
-            "`{}` states planet_mass without a module, so the radius it turns at is not known",
+            "`{}` states planet_mass without a module, so its orbit radius is unknown",
             stage.name.text
         );
         return Err(Error::new(Code::MissingKey, message)
@@ -326,7 +326,7 @@ fn add_planet_inertia(
     Ok(())
 }
 
-/// Mass, bearing and Coriolis terms of a planet that moves across its axis; its degrees of freedom x and y.
+/// Adds mass, bearing and gyroscopic terms of a planet with lateral motion and returns its degrees of freedom x and y.
 fn lateral_planet(
     builder: &mut MachineBuilder,
     element: usize,
@@ -354,10 +354,10 @@ fn lateral_planet(
             radial.extend([(cx, cos), (cy, sin)]);
             tangential.extend([(cx, -sin), (cy, cos)]);
         }
-        // What the bearing carries of `m r Ω²` turns with the carrier: only the motion against the carrier is centripetal.
-        let beside_carrier = Direction::new(1.0, [(y, 1.0), (theta, -arms.centre)]);
+        // The bearing load `m r Ω²` rotates with the carrier: only the motion relative to the carrier has a centripetal term.
+        let relative = Direction::new(1.0, [(y, 1.0), (theta, -arms.centre)]);
         builder.machine.gyroscopic.push(GyroscopicTerms {
-            centripetal: vec![(Direction::unit(x), mass), (beside_carrier, mass)],
+            centripetal: vec![(Direction::unit(x), mass), (relative, mass)],
             outwards: Some((x, mass * arms.centre)),
             across: None,
             ..rotating_frame_terms(element, theta, [x, y], mass)
@@ -378,7 +378,7 @@ fn lateral_planet(
     Ok([x, y])
 }
 
-/// Terms of a mass about the axis of a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
+/// Gyroscopic terms of a mass in a frame rotating at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
 pub fn rotating_frame_terms(
     element: usize,
     turning: usize,
@@ -387,7 +387,7 @@ pub fn rotating_frame_terms(
 ) -> GyroscopicTerms {
     GyroscopicTerms {
         element,
-        turning,
+        spin_dof: turning,
         gyroscopic: vec![(x, y, -2.0 * mass)],
         centripetal: [x, y].map(|i| (Direction::unit(i), mass)).to_vec(),
         outwards: None,

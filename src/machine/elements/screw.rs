@@ -47,16 +47,16 @@ pub fn add(builder: &mut MachineBuilder, element: usize, screw: &Screw) -> Resul
         teeth: None,
         carrier: None,
         branches: vec![branch],
-        seats: Vec::new(),
+        mesh_geometries: Vec::new(),
     });
     Ok(())
 }
 
 fn no_slide(screw: &Screw) -> Error {
     let [turns, slides] = &screw.between;
-    let message = format!("`{}` is no slide, and a screw moves one", slides.text);
+    let message = format!("`{}` is not a slide, and a screw moves one", slides.text);
     let hint = format!(
-        "between = [what turns, what slides]: declare `{}` by a [[slide]], or is it `{}` that slides?",
+        "write between = [turning, sliding]: declare `{}` by a [[slide]], or exchange it with `{}`",
         slides.text, turns.text
     );
     Error::new(Code::Conflict, message)

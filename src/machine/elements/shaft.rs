@@ -57,10 +57,10 @@ pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Resul
     };
     if segments > 1 && matches!(shaft.loss, BranchDamping::Ratio(_)) {
         let message = format!(
-            "the damping ratio of `{}` would mean less the more lengths it is cut into",
+            "the damping ratio of `{}` would decrease with its number of segments",
             shaft.name.text
         );
-        let hint = "each segment would refer to its own small mass; give c or loss_factor";
+        let hint = "the ratio refers to the mass of each segment; give c or loss_factor";
         return Err(Error::new(Code::Conflict, message)
             .with_span(&shaft.name.span)
             .with_hint(hint));

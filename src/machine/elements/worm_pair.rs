@@ -26,7 +26,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, pair: &WormPair) -> Res
             efficiency(pair.lead_angle, pair.pressure_angle, friction);
         let back = match backwards {
             Some(eta) => format!("backwards {:.0} %", 100.0 * eta),
-            None => "locks itself backwards".to_string(),
+            None => "self-locking when back-driven".to_string(),
         };
         let text = format!(
             "{}: efficiency {:.0} % driving, {back}",

@@ -1,42 +1,42 @@
-//! Coordinates that can be condensed: fixed frequency `√(K_ii/M_ii)` far above the band.
+//! Coordinates that can be condensed because their fixed frequency `√(K_ii/M_ii)` lies far above the band.
 //!
-//! Advice only: nothing is left out by it.
+//! The result is advice; the model is not changed.
 
 use super::interior::elastic_stiffness;
 use super::method::{ReducedModel, ReductionMethod, natural_frequencies};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::system_matrices::AnalysisContext;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
-/// A coordinate that could be left out.
+/// Coordinate that could be condensed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CondensableCoordinate {
-    /// Coordinate number among those retained.
+    /// Index among the retained coordinates.
     pub coordinate: usize,
-    /// Degree of freedom in the machine.
+    /// Index of the degree of freedom in the machine.
     pub dof: usize,
-    /// `√(K_ii/M_ii)/2π`, Hz: with all others held; infinite without inertia.
+    /// Frequency `√(K_ii/M_ii)/2π` with all other coordinates fixed, Hz; infinite without inertia.
     pub fixed_frequency_hz: f64,
 }
 
 /// Coordinates that can be condensed together.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CondensationAdvice {
-    /// The coordinates, the lightest for their stiffness first.
-    pub leave_out: Vec<CondensableCoordinate>,
-    /// Elastic frequencies in the band that were compared.
-    pub compared: usize,
-    /// The largest relative change of any of these without the coordinates.
-    pub worst_change: f64,
+    /// Condensable coordinates, by decreasing fixed frequency.
+    pub coordinates: Vec<CondensableCoordinate>,
+    /// Number of elastic natural frequencies compared in the band.
+    pub n_compared: usize,
+    /// Largest relative change of these frequencies by the condensation.
+    pub max_change: f64,
 }
 
-/// Nearer to the band than this a coordinate is not tried.
+/// Least ratio of the fixed frequency of a candidate to the highest frequency of the band.
 const MIN_FREQUENCY_RATIO: f64 = 1.5;
 
 /// Finds the coordinates that can be condensed statically while every frequency up to `f_max_hz` stays within `tolerance`.
 ///
-/// Undamped frequencies are compared; the response is [`ReducedModel::compare`]'s to judge.
+/// Undamped natural frequencies are compared; [`ReducedModel::compare`] compares responses.
 ///
 /// # Errors
 /// `OutOfRange` for a frequency or tolerance that is not positive; those of a reduction.
@@ -49,26 +49,26 @@ pub fn find_condensable(
         let message =
             format!("frequencies up to {f_max_hz} Hz within {tolerance} cannot be compared");
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("both are above zero, such as 500 Hz and 0.001"));
+            .with_hint("give both above zero, such as 500 Hz and 0.001"));
     }
     let candidates = candidates(context, f_max_hz);
-    // The most that passes: more left out means larger changes, so that halving finds it; each answer is a real comparison.
-    let (mut good, mut bad) = (0, candidates.len() + 1);
+    // The change increases with the number of condensed coordinates; bisection finds the largest number within the tolerance.
+    let (mut accepted, mut rejected) = (0, candidates.len() + 1);
     let mut best = (0, 0.0);
-    while bad - good > 1 {
-        let middle = (good + bad) / 2;
+    while rejected - accepted > 1 {
+        let middle = (accepted + rejected) / 2;
         match change(context, &candidates[..middle], f_max_hz)? {
             Some((compared, worst)) if worst <= tolerance => {
-                good = middle;
+                accepted = middle;
                 best = (compared, worst);
             }
-            _ => bad = middle,
+            _ => rejected = middle,
         }
     }
     Ok(CondensationAdvice {
-        leave_out: candidates[..good].to_vec(),
-        compared: best.0,
-        worst_change: best.1,
+        coordinates: candidates[..accepted].to_vec(),
+        n_compared: best.0,
+        max_change: best.1,
     })
 }
 
@@ -81,27 +81,27 @@ fn candidates(context: &AnalysisContext, f_max_hz: f64) -> Vec<CondensableCoordi
             .entries()
             .for_each(|(j, a)| inertia[j] += mass.value * a * a);
     }
-    let own = |j: usize| (k[(j, j)] / inertia[j]).sqrt() / std::f64::consts::TAU;
-    let all = (0..linear.n).map(|j| CondensableCoordinate {
+    let frequency = |j: usize| (k[(j, j)] / inertia[j]).sqrt() / std::f64::consts::TAU;
+    let coordinates = (0..linear.n).map(|j| CondensableCoordinate {
         coordinate: j,
         dof: linear.independent_dofs[j],
-        fixed_frequency_hz: own(j),
+        fixed_frequency_hz: frequency(j),
     });
-    let mut far: Vec<CondensableCoordinate> = all
+    let mut candidates: Vec<CondensableCoordinate> = coordinates
         .filter(|c| c.fixed_frequency_hz > MIN_FREQUENCY_RATIO * f_max_hz)
         .collect();
-    sort_falling(&mut far, |a| a.fixed_frequency_hz);
-    far
+    sort_descending(&mut candidates, |a| a.fixed_frequency_hz);
+    candidates
 }
 
-/// Number of frequencies compared and the largest change among them; `None` where the rest cannot represent the machine.
+/// Number of frequencies compared and their largest relative change; `None` if the retained coordinates cannot represent the machine.
 fn change(
     context: &AnalysisContext,
-    left_out: &[CondensableCoordinate],
+    condensed: &[CondensableCoordinate],
     f_max_hz: f64,
 ) -> Result<Option<(usize, f64)>, Error> {
     let masters: Vec<usize> = (0..context.model.n)
-        .filter(|j| left_out.iter().all(|c| c.coordinate != *j))
+        .filter(|j| condensed.iter().all(|c| c.coordinate != *j))
         .collect();
     let Ok(model) = ReducedModel::new(context, ReductionMethod::Guyan { masters }) else {
         return Ok(None);
@@ -109,7 +109,7 @@ fn change(
     if !model.matrices.massless.is_empty() {
         return Ok(None);
     }
-    let found = natural_frequencies(context.model, &model.matrices)?;
+    let reduced = natural_frequencies(context.model, &model.matrices)?;
     let rigid = context.basis.n_rigid;
     let in_band = |w: &&f64| **w <= f_max_hz * std::f64::consts::TAU;
     let exact: Vec<f64> = context.basis.omega[rigid..]
@@ -117,12 +117,12 @@ fn change(
         .take_while(in_band)
         .copied()
         .collect();
-    if found.len() < rigid + exact.len() {
+    if reduced.len() < rigid + exact.len() {
         return Ok(None);
     }
     let worst = exact
         .iter()
-        .zip(&found[rigid..])
+        .zip(&reduced[rigid..])
         .map(|(e, f)| (f / e - 1.0).abs())
         .fold(0.0, f64::max);
     Ok(Some((exact.len(), worst)))

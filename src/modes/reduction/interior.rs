@@ -1,4 +1,4 @@
-//! Partition into retained and condensed coordinates; constraint modes, fixed-interface modes.
+//! Partition into retained (m) and condensed (s) coordinates: constraint modes `Ψ = −K_ss⁻¹ K_sm` and fixed-interface modes.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -8,19 +8,19 @@ use crate::machine::linear::LinearModel;
 use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use crate::numeric::{Matrix, graded, symmetric};
 
-/// Kept coordinates and the others.
+/// Partition of the independent coordinates into retained and condensed ones.
 pub struct CoordinatePartition {
-    /// Kept.
+    /// Indices of the retained coordinates, in the order of the request.
     pub retained: Vec<usize>,
-    /// The rest.
+    /// Indices of the condensed coordinates, ascending.
     pub condensed: Vec<usize>,
 }
 
 impl CoordinatePartition {
-    /// Splits the coordinates.
+    /// Splits the coordinates of a model into `masters` and the others.
     ///
     /// # Errors
-    /// `OutOfRange` for a coordinate that is not there, or twice.
+    /// `OutOfRange` for a coordinate that does not exist or is listed twice.
     pub fn new(model: &LinearModel, masters: &[usize]) -> Result<CoordinatePartition, Error> {
         let mut is_master = vec![false; model.n];
         for &j in masters {
@@ -41,10 +41,10 @@ impl CoordinatePartition {
         })
     }
 
-    /// Ψ over all coordinates: unit motions of the kept ones, the others following statically. `K_ss` is never formed.
+    /// Constraint modes Ψ over all coordinates: static response to unit displacements of the retained ones; `K_ss` is never formed.
     ///
     /// # Errors
-    /// `Disconnected` where the kept coordinates leave something free to move.
+    /// `Disconnected` if a condensed coordinate can move freely with the retained ones fixed.
     pub fn constraint_modes(&self, model: &LinearModel) -> Result<Matrix, Error> {
         let order: Vec<usize> = self
             .condensed
@@ -52,23 +52,23 @@ impl CoordinatePartition {
             .chain(&self.retained)
             .copied()
             .collect();
-        let mut place = vec![0; model.n];
-        order.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        let squares: Vec<_> = model
+        let mut index = vec![0; model.n];
+        order.iter().enumerate().for_each(|(at, &j)| index[j] = at);
+        let springs: Vec<_> = model
             .branches
             .iter()
             .filter(|b| b.stiffness > 0.0 && b.force.is_none())
             .collect();
-        let mut rows = Matrix::zeros(squares.len().max(1), model.n);
-        for (i, branch) in squares.iter().enumerate() {
+        let mut rows = Matrix::zeros(springs.len().max(1), model.n);
+        for (i, branch) in springs.iter().enumerate() {
             branch
                 .direction
                 .entries()
-                .for_each(|(j, a)| rows[(i, place[j])] += branch.stiffness.sqrt() * a);
+                .for_each(|(j, a)| rows[(i, index[j])] += branch.stiffness.sqrt() * a);
         }
-        let follow = graded::condense(&rows, self.condensed.len())?;
-        if let Some(loose) = follow.singular {
-            return Err(loose_error(self.condensed[loose]));
+        let condensation = graded::condense(&rows, self.condensed.len())?;
+        if let Some(unrestrained) = condensation.singular {
+            return Err(unrestrained_error(self.condensed[unrestrained]));
         }
         let mut psi = Matrix::zeros(model.n, self.retained.len());
         for k in 0..self.retained.len() {
@@ -76,53 +76,53 @@ impl CoordinatePartition {
             self.condensed
                 .iter()
                 .enumerate()
-                .for_each(|(i, &j)| psi[(j, k)] = follow.recovery[(i, k)]);
+                .for_each(|(i, &j)| psi[(j, k)] = condensation.recovery[(i, k)]);
         }
         Ok(psi)
     }
 
-    /// Modes with the kept coordinates at rest, over the interior ones.
+    /// Fixed-interface modes over the condensed coordinates.
     ///
     /// # Errors
-    /// Those of [`basis::lu_solve`]; `Disconnected` as above.
+    /// Those of [`modal_basis::solve`]; `Disconnected` as for the constraint modes.
     pub fn fixed_modes(&self, model: &LinearModel) -> Result<ModalBasis, Error> {
-        let fixed = self.fixed(model);
+        let fixed = self.fixed_model(model);
         if fixed.n == fixed.massless.len() {
             return Ok(ModalBasis::empty(fixed.n));
         }
         let basis = modal_basis::solve(&fixed, UndampedSolver::Factored)?;
         match basis.omega.first() {
-            Some(&lowest) if lowest <= 0.0 => Err(loose_error(self.condensed[0])),
+            Some(&lowest) if lowest <= 0.0 => Err(unrestrained_error(self.condensed[0])),
             _ => Ok(basis),
         }
     }
 
-    /// `K_ss⁻¹` over all coordinates, nil for the kept ones: the flexibility that is left inside.
+    /// Flexibility `K_ss⁻¹` with fixed retained coordinates, over all coordinates; zero in the rows and columns of the retained ones.
     ///
     /// # Errors
-    /// `Indefinite` where K_ss is singular.
+    /// `Indefinite` if K_ss is singular.
     pub fn flexibility(&self, model: &LinearModel) -> Result<Matrix, Error> {
         let k = elastic_stiffness(model);
         let s = &self.condensed;
-        let inner = Matrix::from_fn(s.len(), s.len(), |i, j| k[(s[i], s[j])]);
-        let inverse = symmetric::lu_solve(&inner, &Matrix::identity(s.len(), s.len()))?;
-        let mut all = Matrix::zeros(model.n, model.n);
-        (0..s.len()).for_each(|j| (0..s.len()).for_each(|i| all[(s[i], s[j])] = inverse[(i, j)]));
-        Ok(all)
+        let k_ss = Matrix::from_fn(s.len(), s.len(), |i, j| k[(s[i], s[j])]);
+        let inverse = symmetric::lu_solve(&k_ss, &Matrix::identity(s.len(), s.len()))?;
+        let mut g = Matrix::zeros(model.n, model.n);
+        (0..s.len()).for_each(|j| (0..s.len()).for_each(|i| g[(s[i], s[j])] = inverse[(i, j)]));
+        Ok(g)
     }
 
-    /// The machine with the kept coordinates at rest.
-    fn fixed(&self, model: &LinearModel) -> LinearModel {
-        let mut place = vec![None; model.n];
+    /// Model with the retained coordinates fixed.
+    fn fixed_model(&self, model: &LinearModel) -> LinearModel {
+        let mut index = vec![None; model.n];
         self.condensed
             .iter()
             .enumerate()
-            .for_each(|(at, &j)| place[j] = Some(at));
-        let cut = |d: &Direction| {
+            .for_each(|(at, &j)| index[j] = Some(at));
+        let restrict = |d: &Direction| {
             let terms = d
                 .terms
                 .iter()
-                .filter_map(|&(j, a)| place[j].map(|at| (at, a)))
+                .filter_map(|&(j, a)| index[j].map(|at| (at, a)))
                 .collect();
             Direction {
                 scale: d.scale,
@@ -132,13 +132,13 @@ impl CoordinatePartition {
         let branches = model.branches.iter().filter(|b| b.force.is_none());
         let mut branches: Vec<_> = branches
             .map(|b| crate::machine::linear::LinearBranch {
-                direction: cut(&b.direction),
+                direction: restrict(&b.direction),
                 ..b.clone()
             })
             .collect();
         branches.retain(|b| !b.direction.terms.is_empty());
         let masses = model.masses.iter().map(|m| Mass {
-            direction: cut(&m.direction),
+            direction: restrict(&m.direction),
             ..m.clone()
         });
         LinearModel {
@@ -153,12 +153,12 @@ impl CoordinatePartition {
             branches,
             rigid: Vec::new(),
             n_undamped_rigid: 0,
-            massless: model.massless.iter().filter_map(|&j| place[j]).collect(),
+            massless: model.massless.iter().filter_map(|&j| index[j]).collect(),
         }
     }
 }
 
-/// `Σ k w wᵀ` over the springs.
+/// Stiffness `Σ k w wᵀ` of the springs over the independent coordinates.
 pub fn elastic_stiffness(model: &LinearModel) -> Matrix {
     let mut k = Matrix::zeros(model.n, model.n);
     for branch in model
@@ -176,7 +176,7 @@ pub fn elastic_stiffness(model: &LinearModel) -> Matrix {
     k
 }
 
-fn loose_error(coordinate: usize) -> Error {
+fn unrestrained_error(coordinate: usize) -> Error {
     let message = format!("coordinate {coordinate} is still free to move with the kept ones fixed");
     Error::new(Code::Disconnected, message)
         .with_hint("keep at least one coordinate of every part that moves freely")

@@ -1,7 +1,7 @@
 //! Reduction methods: Guyan, dynamic condensation, Craig–Bampton, modal with residual flexibility.
 //!
-//! Guyan, AIAA J. 3 (1965), p. 380; Leung, Int. J. Numer. Methods Eng. 12 (1978), pp. 1705–1715, for a frequency; Craig &
-//! Bampton, AIAA J. 6 (1968), pp. 1313–1319; Rubin, AIAA J. 13 (1975), pp. 995–1006, and MacNeal 1971 for residual flexibility.
+//! Guyan, AIAA J. 3 (1965), p. 380; dynamic condensation: Leung, Int. J. Numer. Methods Eng. 12 (1978), pp. 1705–1715; Craig & Bampton,
+//! AIAA J. 6 (1968), pp. 1313–1319; residual flexibility: Rubin, AIAA J. 13 (1975), pp. 995–1006, and MacNeal 1971.
 
 use super::interior::{CoordinatePartition, elastic_stiffness};
 use crate::base::code::Code;
@@ -12,44 +12,44 @@ use crate::modes::modal_basis::{column, project_direction};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Matrix, graded, symmetric};
 
-/// Methods of reduction to fewer coordinates. Coordinates are numbers of those that stay; [`coordinate_by_name`] finds them by name.
+/// Reduction methods. Coordinates are indices of independent coordinates; [`coordinate_by_name`] finds them by name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReductionMethod {
-    /// Static condensation: exact at rest for loads on what is kept.
+    /// Static condensation, exact for static loads on the retained coordinates.
     Guyan {
-        /// Coordinates kept.
+        /// Retained coordinates.
         masters: Vec<usize>,
     },
-    /// Condensation at a frequency: exact there for an undamped machine and loads on what is kept, poorer elsewhere.
+    /// Dynamic condensation, exact at one frequency for an undamped model and loads on the retained coordinates, less accurate at others.
     Dynamic {
-        /// Coordinates kept.
+        /// Retained coordinates.
         masters: Vec<usize>,
-        /// The frequency, Hz.
+        /// Frequency of the condensation, Hz.
         at_hz: f64,
     },
-    /// Static condensation and modes with the kept coordinates at rest.
+    /// Constraint modes and fixed-interface modes.
     CraigBampton {
-        /// Coordinates kept.
+        /// Retained coordinates.
         boundary: Vec<usize>,
-        /// Which modes.
+        /// Selection of the fixed-interface modes.
         selection: ModeSelection,
     },
-    /// Rigid motions, elastic modes of the whole machine, and how the rest yields statically to loads at `ports`: for free
-    /// machines under loads that their inertia relieves.
+    /// Rigid-body modes, elastic modes of the machine, and the residual flexibility of the omitted modes for loads at `ports`; for free
+    /// machines by inertia relief.
     Modal {
-        /// Which elastic modes.
+        /// Selection of the elastic modes.
         selection: ModeSelection,
-        /// Coordinates that are loaded or measured.
+        /// Loaded or measured coordinates.
         ports: Vec<usize>,
     },
 }
 
-/// Which modes stay.
+/// Selection of the retained modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ModeSelection {
-    /// Those below so many Hz.
+    /// Modes below this frequency, Hz.
     Below(f64),
-    /// So many.
+    /// Number of the lowest modes.
     Count(usize),
 }
 
@@ -70,22 +70,22 @@ impl ModeSelection {
 pub struct ReducedModel {
     /// Reduction method used.
     pub method: ReductionMethod,
-    /// `M_r`, `C_r`, `K_r` and `transform` T_r, `p = T_r r`.
+    /// Reduced matrices `M_r`, `C_r`, `K_r` and the transformation T_r in `p = T_r r`.
     pub matrices: SystemMatrices,
-    /// The lowest frequency of what was left out, rad/s; absent where nothing with inertia was.
-    pub lowest_dropped: Option<f64>,
-    /// Static flexibility of what was left out, over the independent coordinates.
+    /// Lowest natural frequency of the omitted modes, rad/s; `None` if no mode with inertia was omitted.
+    pub lowest_omitted: Option<f64>,
+    /// Static flexibility of the omitted modes over the independent coordinates.
     pub(super) flexibility: Matrix,
-    /// Frequencies of what was left out, rad/s.
-    pub(super) dropped: Vec<f64>,
+    /// Natural frequencies of the omitted modes, rad/s, ascending.
+    pub(super) omitted: Vec<f64>,
 }
 
 impl ReducedModel {
-    /// Reduces a machine.
+    /// Reduces a model by a method.
     ///
     /// # Errors
-    /// `Disconnected` where the kept coordinates leave something free; `OutOfRange` for coordinates that do not exist;
-    /// `Indefinite` for a condensation at an interior resonance.
+    /// `Disconnected` if a condensed coordinate can move freely with the retained ones fixed; `OutOfRange` for coordinates that do not
+    /// exist; `Indefinite` for a condensation at a fixed-interface frequency.
     pub fn new(context: &AnalysisContext, method: ReductionMethod) -> Result<ReducedModel, Error> {
         match &method {
             ReductionMethod::Guyan { masters } => condense(
@@ -113,10 +113,10 @@ impl ReducedModel {
     }
 }
 
-/// The coordinate a degree of freedom follows alone, `node.axis` or `node`.
+/// Index of the independent coordinate that alone determines a degree of freedom `node.axis` or `node`.
 ///
 /// # Errors
-/// Those of a name; `Conflict` for a degree of freedom that follows several.
+/// Those of the name; `Conflict` for a degree of freedom that follows several coordinates or none.
 pub fn coordinate_by_name(
     machine: &Machine,
     model: &LinearModel,
@@ -135,29 +135,29 @@ pub fn coordinate_by_name(
     }
 }
 
-/// Natural frequencies over the columns of T, rad/s ascending, rigid ones exactly zero; K is not formed.
+/// Natural frequencies of the model reduced by T, rad/s, ascending, rigid-body ones exactly zero; K is not formed.
 ///
 /// # Errors
-/// `Indefinite` where the reduced mass is.
+/// `Indefinite` if the reduced mass matrix is not positive definite.
 pub fn natural_frequencies(
     model: &LinearModel,
     matrices: &SystemMatrices,
 ) -> Result<Vec<f64>, Error> {
-    let squares: Vec<_> = model
+    let springs: Vec<_> = model
         .branches
         .iter()
         .filter(|b| b.stiffness > 0.0 && b.force.is_none())
         .collect();
-    let rows: Vec<Vec<f64>> = squares
+    let rows: Vec<Vec<f64>> = springs
         .iter()
         .map(|b| project_direction(&b.direction, &matrices.transform))
         .collect();
     let n = matrices.len();
-    let turned = Matrix::from_fn(n, rows.len(), |j, i| {
-        squares[i].stiffness.sqrt() * rows[i][j]
+    let factor = Matrix::from_fn(n, rows.len(), |j, i| {
+        springs[i].stiffness.sqrt() * rows[i][j]
     });
     let l = symmetric::cholesky(&matrices.mass)?;
-    let scaled = symmetric::solve_lower(&l, &turned).transpose().to_owned();
+    let scaled = symmetric::solve_lower(&l, &factor).transpose().to_owned();
     let rank = n.saturating_sub(model.rigid.len());
     Ok(graded::svd(&scaled, Some(rank))?.values)
 }
@@ -170,47 +170,47 @@ fn condense(
     method: ReductionMethod,
 ) -> Result<ReducedModel, Error> {
     let model = context.model;
-    let interior = CoordinatePartition::new(model, masters)?;
-    let static_modes = interior.constraint_modes(model)?;
-    let fixed = interior.fixed_modes(model)?;
-    let n_kept = selection.count(&fixed.omega);
-    let mut transform = Matrix::zeros(model.n, masters.len() + n_kept);
+    let partition = CoordinatePartition::new(model, masters)?;
+    let static_modes = partition.constraint_modes(model)?;
+    let fixed = partition.fixed_modes(model)?;
+    let n_modes = selection.count(&fixed.omega);
+    let mut transform = Matrix::zeros(model.n, masters.len() + n_modes);
     for k in 0..masters.len() {
         (0..model.n).for_each(|i| transform[(i, k)] = static_modes[(i, k)]);
     }
-    for k in 0..n_kept {
-        let place = masters.len() + k;
-        interior
+    for k in 0..n_modes {
+        let at_column = masters.len() + k;
+        partition
             .condensed
             .iter()
             .enumerate()
-            .for_each(|(i, &j)| transform[(j, place)] = fixed.shapes[(i, k)]);
+            .for_each(|(i, &j)| transform[(j, at_column)] = fixed.shapes[(i, k)]);
     }
     if let Some(omega) = at {
-        dynamic_condensation(context, &interior, omega, &mut transform)?;
+        dynamic_condensation(context, &partition, omega, &mut transform)?;
     }
-    let of_masters = masters
+    let dof_names = masters
         .iter()
         .map(|&j| context.machine.dof_name(model.independent_dofs[j]));
-    let names = of_masters
-        .chain((1..=n_kept).map(|k| format!("interior mode {k}")))
+    let names = dof_names
+        .chain((1..=n_modes).map(|k| format!("interior mode {k}")))
         .collect();
-    let dropped = fixed.omega[n_kept..].to_vec();
-    let flexibility = interior.flexibility(model)?;
+    let omitted = fixed.omega[n_modes..].to_vec();
+    let flexibility = partition.flexibility(model)?;
     let matrices = SystemMatrices::in_basis(context, transform, names, 0);
     Ok(ReducedModel {
         method,
         matrices,
-        lowest_dropped: dropped.first().copied(),
+        lowest_omitted: omitted.first().copied(),
         flexibility,
-        dropped,
+        omitted,
     })
 }
 
-/// The others follow as `−(K_ss − ω²M_ss)⁻¹ (K_sm − ω²M_sm)`.
+/// Replaces the rows of the condensed coordinates by `−(K_ss − ω²M_ss)⁻¹ (K_sm − ω²M_sm)`.
 fn dynamic_condensation(
     context: &AnalysisContext,
-    interior: &CoordinatePartition,
+    partition: &CoordinatePartition,
     omega: f64,
     transform: &mut Matrix,
 ) -> Result<(), Error> {
@@ -220,23 +220,23 @@ fn dynamic_condensation(
         Vec::new(),
         0,
     );
-    let (s, m) = (&interior.condensed, &interior.retained);
-    let at = |i: usize, j: usize| {
+    let (s, m) = (&partition.condensed, &partition.retained);
+    let dynamic_stiffness = |i: usize, j: usize| {
         (full.stiffness[(i, j)] + full.stiffness[(j, i)]) / 2.0 - omega * omega * full.mass[(i, j)]
     };
-    let inner = Matrix::from_fn(s.len(), s.len(), |i, j| at(s[i], s[j]));
-    let side = Matrix::from_fn(s.len(), m.len(), |i, j| -at(s[i], m[j]));
-    let follow = symmetric::lu_solve(&inner, &side)?;
+    let d_ss = Matrix::from_fn(s.len(), s.len(), |i, j| dynamic_stiffness(s[i], s[j]));
+    let d_sm = Matrix::from_fn(s.len(), m.len(), |i, j| -dynamic_stiffness(s[i], m[j]));
+    let solution = symmetric::lu_solve(&d_ss, &d_sm)?;
     (0..m.len()).for_each(|k| {
         s.iter()
             .enumerate()
-            .for_each(|(i, &j)| transform[(j, k)] = follow[(i, k)])
+            .for_each(|(i, &j)| transform[(j, k)] = solution[(i, k)])
     });
     Ok(())
 }
 
-/// Residual flexibility adds `Σ φ φᵀf/ω²` over the omitted modes for a load f, which for a free machine is the inertia-relief attachment
-/// mode without the kept modes' part; massless coordinates add their own flexibility.
+/// Modal reduction with residual flexibility. A load f adds `Σ φ φᵀf/ω²` over the omitted modes, for a free machine the inertia-relief
+/// attachment mode without the share of the retained modes; massless coordinates add their own flexibility.
 fn modal(
     context: &AnalysisContext,
     selection: ModeSelection,
@@ -245,80 +245,80 @@ fn modal(
 ) -> Result<ReducedModel, Error> {
     let (model, basis) = (context.model, context.basis);
     CoordinatePartition::new(model, ports)?;
-    let n_kept = basis.n_rigid + selection.count(&basis.omega[basis.n_rigid..]);
-    let dropped = basis.omega[n_kept..].to_vec();
+    let n_modes = basis.n_rigid + selection.count(&basis.omega[basis.n_rigid..]);
+    let omitted = basis.omega[n_modes..].to_vec();
     let mut flexibility = massless_flexibility(model)?;
-    for (k, omega) in dropped.iter().enumerate() {
-        let shape = column(&basis.shapes, n_kept + k);
+    for (k, omega) in omitted.iter().enumerate() {
+        let shape = column(&basis.shapes, n_modes + k);
         for j in 0..model.n {
             (0..model.n).for_each(|i| flexibility[(i, j)] += shape[i] * shape[j] / (omega * omega));
         }
     }
     let attachments = independent_columns(&flexibility, ports);
-    let mut transform = Matrix::zeros(model.n, n_kept + attachments.len());
-    for j in 0..n_kept {
+    let mut transform = Matrix::zeros(model.n, n_modes + attachments.len());
+    for j in 0..n_modes {
         (0..model.n).for_each(|i| transform[(i, j)] = basis.shapes[(i, j)]);
     }
     for (k, shape) in attachments.iter().enumerate() {
-        (0..model.n).for_each(|i| transform[(i, n_kept + k)] = shape[i]);
+        (0..model.n).for_each(|i| transform[(i, n_modes + k)] = shape[i]);
     }
-    let of_ports = (1..=attachments.len()).map(|k| format!("attachment {k}"));
-    let names = (1..=n_kept)
+    let attachment_names = (1..=attachments.len()).map(|k| format!("attachment {k}"));
+    let names = (1..=n_modes)
         .map(|k| format!("mode {k}"))
-        .chain(of_ports)
+        .chain(attachment_names)
         .collect();
     let matrices = SystemMatrices::in_basis(context, transform, names, basis.n_rigid);
     Ok(ReducedModel {
         method,
         matrices,
-        lowest_dropped: dropped.first().copied(),
+        lowest_omitted: omitted.first().copied(),
         flexibility,
-        dropped,
+        omitted,
     })
 }
 
-/// `E K₀₀⁻¹ Eᵀ` of the massless coordinates.
+/// Flexibility `E K₀₀⁻¹ Eᵀ` of the massless coordinates over the independent ones.
 fn massless_flexibility(model: &LinearModel) -> Result<Matrix, Error> {
-    let light = &model.massless;
-    let mut all = Matrix::zeros(model.n, model.n);
-    if !light.is_empty() {
+    let m0 = &model.massless;
+    let mut flexibility = Matrix::zeros(model.n, model.n);
+    if !m0.is_empty() {
         let k = elastic_stiffness(model);
-        let inner = Matrix::from_fn(light.len(), light.len(), |i, j| k[(light[i], light[j])]);
-        let inverse = symmetric::lu_solve(&inner, &Matrix::identity(light.len(), light.len()))?;
-        (0..light.len()).for_each(|j| {
-            (0..light.len()).for_each(|i| all[(light[i], light[j])] = inverse[(i, j)])
+        let k00 = Matrix::from_fn(m0.len(), m0.len(), |i, j| k[(m0[i], m0[j])]);
+        let inverse = symmetric::lu_solve(&k00, &Matrix::identity(m0.len(), m0.len()))?;
+        (0..m0.len()).for_each(|j| {
+            (0..m0.len()).for_each(|i| flexibility[(m0[i], m0[j])] = inverse[(i, j)])
         });
     }
-    Ok(all)
+    Ok(flexibility)
 }
 
-/// Columns of a flexibility G, made orthonormal in its own energy `gᵀ K g`, those that depend left out.
+/// Columns of a flexibility G at the ports, orthonormal in the energy `gᵀ K g`, without linearly dependent ones.
 ///
-/// The energy product of columns i and j is `G_ij`, so that this is a Cholesky factorisation with pivots.
+/// The energy product of columns i and j is `G_ij`, so this is a pivoted Cholesky factorisation.
 fn independent_columns(flexibility: &Matrix, ports: &[usize]) -> Vec<Vec<f64>> {
-    let mut rest: Vec<(Vec<f64>, usize)> =
+    let mut pool: Vec<(Vec<f64>, usize)> =
         ports.iter().map(|&j| (column(flexibility, j), j)).collect();
-    let first: Vec<f64> = ports.iter().map(|&j| flexibility[(j, j)]).collect();
-    let largest = first.iter().copied().fold(0.0, f64::max);
-    let mut found = Vec::new();
-    while let Some(at) =
-        (0..rest.len()).max_by(|&a, &b| rest[a].0[rest[a].1].total_cmp(&rest[b].0[rest[b].1]))
+    let diagonal: Vec<f64> = ports.iter().map(|&j| flexibility[(j, j)]).collect();
+    let largest = diagonal.iter().copied().fold(0.0, f64::max);
+    let mut columns = Vec::new();
+    while let Some(pivot) =
+        (0..pool.len()).max_by(|&a, &b| pool[a].0[pool[a].1].total_cmp(&pool[b].0[pool[b].1]))
     {
-        let (shape, port) = rest.swap_remove(at);
+        let (shape, port) = pool.swap_remove(pivot);
         let energy = shape[port];
-        // Of the largest flexibility: the rest of a port that follows the others is rounding.
+        // Relative to the largest flexibility: a smaller remainder of a dependent port is rounding.
         if energy <= 1e-12 * largest {
             break;
         }
         let unit: Vec<f64> = shape.iter().map(|x| x / energy.sqrt()).collect();
-        for (other, _) in &mut rest {
-            let share = other[port] / energy.sqrt();
-            other
+        for (candidate, _) in &mut pool {
+            let projection = candidate[port] / energy.sqrt();
+            candidate
                 .iter_mut()
                 .zip(&unit)
-                .for_each(|(x, u)| *x -= share * u);
+                .for_each(|(x, u)| *x -= projection * u);
         }
-        found.push(unit);
+        columns.push(unit);
     }
-    found
+    columns
 }

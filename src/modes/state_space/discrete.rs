@@ -14,13 +14,13 @@ impl StateSpace {
     /// exponential keeps no digit; `Indefinite` where 2/h is a pole and the rule bilinear.
     pub fn discretise(&self, sample_time: f64, method: InputHold) -> Result<StateSpace, Error> {
         if let Some(already) = self.sample_time {
-            let message = format!("it is sampled every {already} s already");
+            let message = format!("it is already sampled every {already} s");
             return Err(Error::new(Code::Conflict, message).with_hint("sample the continuous form"));
         }
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             let message = format!("a sample time of {sample_time} s is not positive");
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("a tenth of the shortest period of interest is a start"));
+                .with_hint("start with a tenth of the shortest period of interest"));
         }
         let of = [&self.a, &self.b, &self.c, &self.d];
         let [a, b, c, d] = match method {

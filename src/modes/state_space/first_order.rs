@@ -1,56 +1,55 @@
-//! `M r̈ + C ṙ + K r = f` as `ẋ = A x + B u`, where some coordinates have no inertia.
+//! First-order form `ẋ = A x + B u` of `M r̈ + C ṙ + K r = f` with massless coordinates.
 //!
-//! States are `x = [r_h, ṙ_h, y]`: the coordinates with inertia, their rates, and the combinations y of massless ones that a
-//! damper brakes. The other massless combinations z follow the rest at once, through `0 = C_z ṙ + K_z r − f_z`.
+//! The states are `x = [r_h, ṙ_h, y]`: the coordinates with inertia, their rates, and the damped combinations y of massless coordinates.
+//! The other massless combinations z follow algebraically from `0 = C_z ṙ + K_z r − f_z`.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::modes::system_matrices::SystemMatrices;
 use crate::numeric::{Matrix, symmetric};
 
-/// The dynamics, and every coordinate in states and inputs.
+/// First-order system with the coordinates r in terms of states and inputs.
 pub struct FirstOrder {
-    /// A.
+    /// System matrix A.
     pub a: Matrix,
-    /// B.
+    /// Input matrix B.
     pub b: Matrix,
     /// Names of the states.
     pub states: Vec<String>,
-    /// `r = r_from_x x + r_from_u u`.
+    /// Coordinates from states: `r = r_from_x x + r_from_u u`.
     pub r_from_x: Matrix,
-    /// Second half of r from u: zero but for massless coordinates that an input acts on.
+    /// Coordinates from inputs; nonzero only for massless coordinates with an input.
     pub r_from_u: Matrix,
 }
 
 /// Writes the equations in first order; the columns of `forces` are `Tᵀ f` of each input.
 ///
 /// # Errors
-/// `Conflict` with loss factors; `NotPositiveDefinite` where M is, or where a massless coordinate is held by nothing.
+/// `Conflict` with loss factors; `NotPositiveDefinite` if M is not, or if a massless coordinate has neither stiffness nor damper.
 pub fn first_order(matrices: &SystemMatrices, forces: &Matrix) -> Result<FirstOrder, Error> {
     if matrices.hysteretic.is_some() {
-        let message =
-            "a loss factor has no state-space form: its force would have to know the future";
+        let message = "a loss factor is not causal and has no state-space form";
         let hint = "give the branches c or damping_ratio instead; the value equivalent to a loss factor depends on the frequency";
         return Err(Error::new(Code::Conflict, message).with_hint(hint));
     }
     let split = CoordinateSplit::new(matrices);
-    let (h, y, m) = (split.heavy.len(), split.braked, forces.ncols());
+    let (h, y, m) = (split.inertial.len(), split.n_damped, forces.ncols());
     let n = matrices.len();
-    let (from, from_z, states) = (split.left.transpose(), h + y, 2 * h + y);
-    let c = from * &matrices.damping * &split.right;
-    let k = from * &matrices.stiffness * &split.right;
-    let f = from * forces;
+    let (left, from_z, states) = (split.left.transpose(), h + y, 2 * h + y);
+    let c = left * &matrices.damping * &split.right;
+    let k = left * &matrices.stiffness * &split.right;
+    let f = left * forces;
     split.check(&c)?;
 
-    // What acts on each equation, over (r_h, ṙ_h, y | u), before z: −(C ṙ + K r) + f.
-    let mut acts = Matrix::zeros(n, states + m);
+    // Right-hand side −(C ṙ + K r) + f of each equation over (r_h, ṙ_h, y | u), without z.
+    let mut rhs = Matrix::zeros(n, states + m);
     for i in 0..n {
         for j in 0..h {
-            acts[(i, j)] = -k[(i, j)];
-            acts[(i, h + j)] = -c[(i, j)];
+            rhs[(i, j)] = -k[(i, j)];
+            rhs[(i, h + j)] = -c[(i, j)];
         }
-        (0..y).for_each(|j| acts[(i, 2 * h + j)] = -k[(i, h + j)]);
-        (0..m).for_each(|j| acts[(i, states + j)] = f[(i, j)]);
+        (0..y).for_each(|j| rhs[(i, 2 * h + j)] = -k[(i, h + j)]);
+        (0..m).for_each(|j| rhs[(i, states + j)] = f[(i, j)]);
     }
     let rows = |a: &Matrix, from: usize, count: usize| {
         Matrix::from_fn(count, a.ncols(), |i, j| a[(from + i, j)])
@@ -59,57 +58,55 @@ pub fn first_order(matrices: &SystemMatrices, forces: &Matrix) -> Result<FirstOr
         Matrix::from_fn(rows, columns, |i, j| a[(i0 + i, j0 + j)])
     };
     let z = n - from_z;
-    let follows = if z > 0 {
-        let held = symmetric::lu_solve(&block(&k, from_z, z, from_z, z), &rows(&acts, from_z, z))
+    let z_rows = if z > 0 {
+        let z_rows = symmetric::lu_solve(&block(&k, from_z, z, from_z, z), &rows(&rhs, from_z, z))
             .map_err(singular_massless_error)?;
-        acts -= block(&k, 0, n, from_z, z) * &held;
-        held
+        rhs -= block(&k, 0, n, from_z, z) * &z_rows;
+        z_rows
     } else {
         Matrix::zeros(0, states + m)
     };
-    let creeps = if y > 0 {
-        let rate = symmetric::lu_solve(&block(&c, h, y, h, y), &rows(&acts, h, y))?;
-        acts -= block(&c, 0, n, h, y) * &rate;
+    let y_rates = if y > 0 {
+        let rate = symmetric::lu_solve(&block(&c, h, y, h, y), &rows(&rhs, h, y))?;
+        rhs -= block(&c, 0, n, h, y) * &rate;
         rate
     } else {
         Matrix::zeros(0, states + m)
     };
-    let accelerates = divide_by_mass(matrices, &split.heavy, &rows(&acts, 0, h))?;
+    let accelerations = divide_by_mass(matrices, &split.inertial, &rows(&rhs, 0, h))?;
 
-    let over = Matrix::from_fn(states, states + m, |i, j| match i {
+    let rates = Matrix::from_fn(states, states + m, |i, j| match i {
         _ if i < h => f64::from(u8::from(j == h + i)),
-        _ if i < 2 * h => accelerates[(i - h, j)],
-        _ => creeps[(i - 2 * h, j)],
+        _ if i < 2 * h => accelerations[(i - h, j)],
+        _ => y_rates[(i - 2 * h, j)],
     });
-    let parts = Matrix::from_fn(n, states + m, |i, j| match i {
+    let split_rows = Matrix::from_fn(n, states + m, |i, j| match i {
         _ if i < h => f64::from(u8::from(j == i)),
         _ if i < from_z => f64::from(u8::from(j == h + i)),
-        _ => follows[(i - from_z, j)],
+        _ => z_rows[(i - from_z, j)],
     });
-    let all = &split.right * parts;
+    let coordinates = &split.right * split_rows;
     Ok(FirstOrder {
-        a: block(&over, 0, states, 0, states),
-        b: block(&over, 0, states, states, m),
+        a: block(&rates, 0, states, 0, states),
+        b: block(&rates, 0, states, states, m),
         states: split.names(matrices),
-        r_from_x: block(&all, 0, n, 0, states),
-        r_from_u: block(&all, 0, n, states, m),
+        r_from_x: block(&coordinates, 0, n, 0, states),
+        r_from_u: block(&coordinates, 0, n, states, m),
     })
 }
 
 fn singular_massless_error(_: Error) -> Error {
-    let message = "a massless coordinate is held by neither a stiffness nor a damper";
+    let message = "a massless coordinate has neither stiffness nor damper";
     Error::new(Code::NotPositiveDefinite, message)
         .with_hint("give its node an inertia, or join it by a branch with k")
 }
 
-/// `M_hh⁻¹ B`, entry by entry where M is diagonal.
-fn divide_by_mass(matrices: &SystemMatrices, heavy: &[usize], b: &Matrix) -> Result<Matrix, Error> {
-    let m = Matrix::from_fn(heavy.len(), heavy.len(), |i, j| {
-        matrices.mass[(heavy[i], heavy[j])]
-    });
-    let diagonal = (0..heavy.len()).all(|i| (0..heavy.len()).all(|j| i == j || m[(i, j)] == 0.0));
-    if diagonal {
-        return Ok(Matrix::from_fn(heavy.len(), b.ncols(), |i, j| {
+/// Solution `M_hh⁻¹ B`, by division if M is diagonal.
+fn divide_by_mass(matrices: &SystemMatrices, h: &[usize], b: &Matrix) -> Result<Matrix, Error> {
+    let m = Matrix::from_fn(h.len(), h.len(), |i, j| matrices.mass[(h[i], h[j])]);
+    let is_diagonal = (0..h.len()).all(|i| (0..h.len()).all(|j| i == j || m[(i, j)] == 0.0));
+    if is_diagonal {
+        return Ok(Matrix::from_fn(h.len(), b.ncols(), |i, j| {
             b[(i, j)] / m[(i, i)]
         }));
     }
@@ -120,68 +117,67 @@ fn divide_by_mass(matrices: &SystemMatrices, heavy: &[usize], b: &Matrix) -> Res
     ))
 }
 
-/// Coordinates as (heavy, y, z): `r = right · (r_h, y, z)`, and the equations taken as `leftᵀ (…)`.
+/// Split of the coordinates into (inertial, y, z): `r = right · (r_h, y, z)`; the equations are multiplied by `leftᵀ`.
 struct CoordinateSplit {
-    heavy: Vec<usize>,
-    braked: usize,
+    inertial: Vec<usize>,
+    n_damped: usize,
     right: Matrix,
     left: Matrix,
-    /// y in the massless coordinates: number and coefficient.
+    /// Combinations y as index and coefficient of the massless coordinates.
     combinations: Vec<Vec<(usize, f64)>>,
 }
 
 impl CoordinateSplit {
     fn new(matrices: &SystemMatrices) -> CoordinateSplit {
-        let (n, light) = (matrices.len(), &matrices.massless);
-        let heavy: Vec<usize> = (0..n).filter(|i| !light.contains(i)).collect();
-        let c = Matrix::from_fn(light.len(), light.len(), |i, j| {
-            matrices.damping[(light[i], light[j])]
+        let (n, massless) = (matrices.len(), &matrices.massless);
+        let h: Vec<usize> = (0..n).filter(|i| !massless.contains(i)).collect();
+        let c = Matrix::from_fn(massless.len(), massless.len(), |i, j| {
+            matrices.damping[(massless[i], massless[j])]
         });
-        let (seen, acted) = (Echelon::new(&c), Echelon::new(&c.transpose().to_owned()));
-        let braked = seen.pivots.len();
+        let (row_space, column_space) = (Echelon::new(&c), Echelon::new(&c.transpose().to_owned()));
+        let n_damped = row_space.pivots.len();
         let arrange = |echelon: &Echelon| {
             let mut a = Matrix::zeros(n, n);
-            heavy.iter().enumerate().for_each(|(j, &i)| a[(i, j)] = 1.0);
+            h.iter().enumerate().for_each(|(j, &i)| a[(i, j)] = 1.0);
             for (k, &pivot) in echelon.pivots.iter().enumerate() {
-                a[(light[pivot], heavy.len() + k)] = 1.0;
+                a[(massless[pivot], h.len() + k)] = 1.0;
             }
-            let others = (0..light.len()).filter(|i| !echelon.pivots.contains(i));
+            let others = (0..massless.len()).filter(|i| !echelon.pivots.contains(i));
             for (at, other) in others.enumerate() {
-                let column = heavy.len() + braked + at;
-                a[(light[other], column)] = 1.0;
+                let column = h.len() + n_damped + at;
+                a[(massless[other], column)] = 1.0;
                 for (k, &pivot) in echelon.pivots.iter().enumerate() {
-                    a[(light[pivot], column)] = -echelon.rows[(k, other)];
+                    a[(massless[pivot], column)] = -echelon.rows[(k, other)];
                 }
             }
             a
         };
-        let (right, left) = (arrange(&seen), arrange(&acted));
+        let (right, left) = (arrange(&row_space), arrange(&column_space));
         let combination = |k: usize| {
-            (0..light.len())
-                .map(|j| (light[j], seen.rows[(k, j)]))
+            (0..massless.len())
+                .map(|j| (massless[j], row_space.rows[(k, j)]))
                 .filter(|t| t.1 != 0.0)
                 .collect()
         };
         CoordinateSplit {
-            braked,
+            n_damped,
             right,
             left,
-            combinations: (0..braked).map(combination).collect(),
-            heavy,
+            combinations: (0..n_damped).map(combination).collect(),
+            inertial: h,
         }
     }
 
-    /// The rate of z must act on nothing: dampers that are squares never let it.
+    /// Returns an error if the rate of z enters an equation, which a symmetric damper matrix excludes.
     fn check(&self, c: &Matrix) -> Result<(), Error> {
-        let from = self.heavy.len() + self.braked;
+        let from = self.inertial.len() + self.n_damped;
         let n = c.nrows();
         let largest = c.norm_max();
-        let acts = (0..from)
+        let has_rate_of_z = (0..from)
             .flat_map(|i| (from..n).map(move |j| (i, j)))
             .any(|at| c[at].abs() > 1e-12 * largest);
-        if acts {
-            let message =
-                "a damper's force follows the rate of a massless coordinate that it does not brake";
+        if has_rate_of_z {
+            let message = "a damper's force depends on the rate of a massless coordinate that it does not act on";
             return Err(Error::new(Code::NotPositiveDefinite, message)
                 .with_hint("give the massless nodes at that damper an inertia"));
         }
@@ -189,11 +185,11 @@ impl CoordinateSplit {
     }
 
     fn names(&self, matrices: &SystemMatrices) -> Vec<String> {
-        let heavy = || self.heavy.iter().map(|&i| matrices.names[i].clone());
-        let braked = self.combinations.iter().map(|terms| {
+        let inertial = || self.inertial.iter().map(|&i| matrices.names[i].clone());
+        let damped = self.combinations.iter().map(|terms| {
             let text = terms.iter().enumerate().map(|(at, &(i, a))| {
                 let sign = if a < 0.0 { "-" } else { "+" };
-                let lead = if at == 0 {
+                let prefix = if at == 0 {
                     sign.trim_start_matches('+').to_string()
                 } else {
                     format!(" {sign} ")
@@ -203,18 +199,18 @@ impl CoordinateSplit {
                 } else {
                     format!("{} ", a.abs())
                 };
-                format!("{lead}{size}{}", matrices.names[i])
+                format!("{prefix}{size}{}", matrices.names[i])
             });
             text.collect::<String>()
         });
-        heavy()
-            .chain(heavy().map(|name| format!("{name}.speed")))
-            .chain(braked)
+        inertial()
+            .chain(inertial().map(|name| format!("{name}.speed")))
+            .chain(damped)
             .collect()
     }
 }
 
-/// The row space of a matrix in reduced echelon form: independent combinations, each with a coordinate of its own.
+/// Row space of a matrix in reduced echelon form: independent rows, each with its own pivot column.
 struct Echelon {
     pivots: Vec<usize>,
     rows: Matrix,
@@ -223,13 +219,13 @@ struct Echelon {
 impl Echelon {
     fn new(c: &Matrix) -> Echelon {
         let n = c.nrows();
-        // Unit size first, so that rotations and displacements count alike.
+        // The matrix is scaled first so that rotations and displacements are comparable.
         let size = |j: usize| {
             (0..n)
                 .map(|i| c[(i, j)].abs().max(c[(j, i)].abs()))
                 .fold(0.0, f64::max)
         };
-        let unit: Vec<f64> = (0..n)
+        let scales: Vec<f64> = (0..n)
             .map(|j| {
                 if size(j) > 0.0 {
                     size(j).sqrt().recip()
@@ -238,14 +234,14 @@ impl Echelon {
                 }
             })
             .collect();
-        let mut a = Matrix::from_fn(n, n, |i, j| c[(i, j)] * unit[i] * unit[j]);
-        let (mut pivots, mut taken): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut a = Matrix::from_fn(n, n, |i, j| c[(i, j)] * scales[i] * scales[j]);
+        let (mut pivots, mut pivot_rows): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
         loop {
-            let rows = (0..n).filter(|i| !taken.contains(i));
-            let free = rows
+            let rows = (0..n).filter(|i| !pivot_rows.contains(i));
+            let entries = rows
                 .flat_map(|i| (0..n).map(move |j| (i, j)))
                 .filter(|at| !pivots.contains(&at.1));
-            let better = |best: (usize, usize), at: (usize, usize)| {
+            let larger = |best: (usize, usize), at: (usize, usize)| {
                 let (x, y) = (a[best].abs(), a[at].abs());
                 if y > x || (y == x && at.0 == at.1 && best.0 != best.1) {
                     at
@@ -253,11 +249,11 @@ impl Echelon {
                     best
                 }
             };
-            let Some((row, column)) = free.reduce(better) else {
+            let Some((row, column)) = entries.reduce(larger) else {
                 break;
             };
             if a[(row, column)].abs() <= 1e-13 {
-                break; // rounding of the rank-one sums a damper matrix is made of
+                break; // rounding of the rank-one sum of the damper matrix
             }
             let pivot = a[(row, column)];
             (0..n).for_each(|j| a[(row, j)] /= pivot);
@@ -267,12 +263,12 @@ impl Echelon {
                 a[(i, column)] = 0.0;
             }
             pivots.push(column);
-            taken.push(row);
+            pivot_rows.push(row);
         }
         let coefficient = |k: usize, j: usize| {
-            let value: f64 = a[(taken[k], j)];
+            let value: f64 = a[(pivot_rows[k], j)];
             if value.abs() > 1e-13 {
-                value * unit[pivots[k]] / unit[j]
+                value * scales[pivots[k]] / scales[j]
             } else {
                 0.0
             }

@@ -1,4 +1,4 @@
-//! `ẋ = A x + B u`, `y = C x + D u`; discrete, where it has a sample time: `x⁺ = A x + B u`.
+//! State-space system `ẋ = A x + B u`, `y = C x + D u`; with a sample time `x⁺ = A x + B u`.
 
 use super::first_order::{FirstOrder, first_order};
 use super::signals::{self, OutputSignal};
@@ -8,36 +8,36 @@ use crate::modes::system_matrices::{AnalysisContext, SystemMatrices, reference_d
 use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 use crate::scene::study::InputHold;
 
-/// A state-space form with names.
+/// State-space system with named states, inputs and outputs.
 #[derive(Debug, Clone)]
 pub struct StateSpace {
-    /// A.
+    /// System matrix A.
     pub a: Matrix,
-    /// B.
+    /// Input matrix B.
     pub b: Matrix,
-    /// C.
+    /// Output matrix C.
     pub c: Matrix,
-    /// D.
+    /// Feedthrough matrix D.
     pub d: Matrix,
-    /// Names of the states: `motor.theta` (rad or m) and, after all of these, `motor.theta.speed` (per second); after these the
-    /// combinations of massless coordinates that dampers brake.
+    /// Names of the states: first the displacements such as `motor.theta` (rad or m), then the speeds `motor.theta.speed` (per second), then
+    /// the damped combinations of massless coordinates.
     pub states: Vec<String>,
-    /// Names of the inputs: N·m or N along a degree of freedom.
+    /// Names of the inputs: torque (N·m) or force (N) along a degree of freedom.
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Between samples, s; absent: continuous.
+    /// Sample time, s; `None` for a continuous-time system.
     pub sample_time: Option<f64>,
     /// Discretisation method (input between samples) of a discrete-time system.
     pub method: Option<InputHold>,
 }
 
 impl StateSpace {
-    /// Over the degrees of freedom that stay behind rigid joints, `x = [p, ṗ]`. Without names every one of these is an input
-    /// and an output.
+    /// State space over the degrees of freedom independent of rigid joints, `x = [p, ṗ]`. Without names each of these is an input and an
+    /// output.
     ///
     /// # Errors
-    /// Names of [`signals`]; loss factors, which have no such form; a speed that would need the input's derivative.
+    /// Those of [`signals`]; `Conflict` for loss factors, which have no state-space form, and for a speed that needs the derivative of an input.
     pub fn physical(
         context: &AnalysisContext,
         inputs: &[String],
@@ -54,7 +54,7 @@ impl StateSpace {
         StateSpace::from_matrices(context, &matrices, &or_all(inputs), &or_all(outputs))
     }
 
-    /// Over mass-normalised modal coordinates, `x = [η, η̇]`: small frequencies keep their digits next to large ones.
+    /// State space over mass-normalised modal coordinates, `x = [η, η̇]`, which resolves low frequencies accurately next to high ones.
     ///
     /// # Errors
     /// Those of [`StateSpace::physical`].
@@ -84,7 +84,7 @@ impl StateSpace {
         )
     }
 
-    /// State space of any equations of the machine: physical, modal or reduced.
+    /// State space of physical, modal or reduced equations of the machine.
     ///
     /// # Errors
     /// Those of [`StateSpace::physical`].
@@ -133,10 +133,10 @@ impl StateSpace {
         })
     }
 
-    /// `C (s I − A)⁻¹ B + D`, outputs by inputs; of a discrete form s is z.
+    /// Transfer matrix `C (s I − A)⁻¹ B + D`, outputs by inputs; `s` is z for a discrete-time system.
     ///
     /// # Errors
-    /// `Indefinite` where s is a pole to working precision.
+    /// `Indefinite` if s is a pole to working precision.
     pub fn transfer(&self, s: Complex) -> Result<ComplexMatrix, Error> {
         let n = self.a.nrows();
         let real = |x: f64| Complex::new(x, 0.0);
@@ -152,57 +152,56 @@ impl StateSpace {
             &ComplexMatrix::from_fn(n, self.b.ncols(), |i, j| real(self.b[(i, j)])),
         )?;
         let c = ComplexMatrix::from_fn(self.c.nrows(), n, |i, j| real(self.c[(i, j)]));
-        let through = c * x;
+        let product = c * x;
         Ok(ComplexMatrix::from_fn(
-            through.nrows(),
-            through.ncols(),
-            |i, j| through[(i, j)] + self.d[(i, j)],
+            product.nrows(),
+            product.ncols(),
+            |i, j| product[(i, j)] + self.d[(i, j)],
         ))
     }
 }
 
-/// A signal in states and inputs.
+/// Row of C and D for one signal.
 struct SignalRow {
     x: Vec<f64>,
     u: Vec<f64>,
 }
 
 impl SignalRow {
-    /// `wᵀ p`.
+    /// Signal `wᵀ p` of the coordinates p.
     fn apply(matrices: &SystemMatrices, first: &FirstOrder, w: &[(usize, f64)]) -> SignalRow {
-        let along = matrices.project(w);
-        let weigh = |m: &Matrix| {
+        let weights = matrices.project(w);
+        let combine = |m: &Matrix| {
             (0..m.ncols())
-                .map(|j| (0..along.len()).map(|i| along[i] * m[(i, j)]).sum())
+                .map(|j| (0..weights.len()).map(|i| weights[i] * m[(i, j)]).sum())
                 .collect()
         };
         SignalRow {
-            x: weigh(&first.r_from_x),
-            u: weigh(&first.r_from_u),
+            x: combine(&first.r_from_x),
+            u: combine(&first.r_from_u),
         }
     }
 
-    /// Rate of the signal, where that does not need the rate of an input.
+    /// Time derivative of the signal; `Conflict` if it needs the derivative of an input.
     fn rate(&self, first: &FirstOrder, name: &str) -> Result<SignalRow, Error> {
         if self.u.iter().any(|&u| u != 0.0) {
-            let message = format!(
-                "`{name}` would need the rate of an input, which acts on a massless node that jumps with it"
-            );
-            let hint = "give that node an inertia, or measure one degree less: displacement for speed, speed for acceleration";
+            let message =
+                format!("`{name}` needs the derivative of an input, which acts on a massless node");
+            let hint = "give that node an inertia, or request one derivative less: displacement for speed, speed for acceleration";
             return Err(Error::new(Code::Conflict, message).with_hint(hint));
         }
-        let weigh = |m: &Matrix| {
-            let along = |j: usize| {
+        let combine = |m: &Matrix| {
+            let entry = |j: usize| {
                 (0..self.x.len())
                     .filter(|&i| self.x[i] != 0.0)
                     .map(|i| self.x[i] * m[(i, j)])
                     .sum()
             };
-            (0..m.ncols()).map(along).collect()
+            (0..m.ncols()).map(entry).collect()
         };
         Ok(SignalRow {
-            x: weigh(&first.a),
-            u: weigh(&first.b),
+            x: combine(&first.a),
+            u: combine(&first.b),
         })
     }
 }
@@ -215,9 +214,9 @@ fn output_row(
     output: OutputSignal,
 ) -> Result<SignalRow, Error> {
     match output {
-        OutputSignal::Dof(dof, times) => {
+        OutputSignal::Dof(dof, n_derivatives) => {
             let mut row = SignalRow::apply(matrices, first, &context.model.transform[dof]);
-            for _ in 0..times {
+            for _ in 0..n_derivatives {
                 row = row.rate(first, name)?;
             }
             Ok(row)
@@ -233,7 +232,7 @@ fn output_row(
     }
 }
 
-/// `Σ a F` of branches; what is open, or between what turns as one, carries nothing.
+/// Signal `Σ a F` of branch forces; open branches and branches between rigidly joined nodes carry no force.
 fn force_row(
     context: &AnalysisContext,
     matrices: &SystemMatrices,
@@ -252,12 +251,12 @@ fn force_row(
         let w: Vec<(usize, f64)> = branch.direction.entries().collect();
         let row = SignalRow::apply(matrices, first, &w);
         let mut add = |factor: f64, row: &SignalRow| {
-            let both = sum
+            let entries = sum
                 .x
                 .iter_mut()
                 .zip(&row.x)
                 .chain(sum.u.iter_mut().zip(&row.u));
-            both.for_each(|(s, x)| *s += share * factor * x);
+            entries.for_each(|(s, x)| *s += share * factor * x);
         };
         add(branch.stiffness, &row);
         if branch.damping != 0.0 {

@@ -1,6 +1,5 @@
-//! Fold of a family of periodic orbits, found by arc-length continuation.
-//!
-//! The family is followed by arc length (Keller 1977; Allgower and Georg 1990, ch. 6) until its tangent stands still in the parameter.
+//! Fold of a family of periodic orbits by arc-length continuation (Keller 1977; Allgower and Georg 1990, ch. 6).
+//! The parameter component of the tangent vanishes at the fold.
 
 use super::orbit::{PeriodicOrbit, find_orbit, max_norm, return_map};
 use crate::base::code::Code;
@@ -8,64 +7,64 @@ use crate::base::error::Error;
 use crate::motion::dynamic_model::DynamicModel;
 use crate::numeric::small_dense;
 
-/// A point of a family: a state at t = 0 in units of its size, then the parameter.
+/// Point of the family: the scaled state at t = 0, then the parameter.
 type ContinuationPoint = Vec<f64>;
 
-/// Which way to go, and how.
+/// Options of the continuation to a fold.
 #[derive(Debug, Clone, Copy)]
 pub struct FoldOptions {
-    /// The parameter of the first orbit.
+    /// Parameter of the first orbit.
     pub from: f64,
-    /// The first step of the parameter; its sign is the sense.
+    /// First step of the parameter; its sign is the direction.
     pub step: f64,
-    /// Steps after which no fold is expected any more.
+    /// Maximum number of continuation steps.
     pub max_steps: usize,
 }
 
-/// Steps of the parameter for its derivative, relative: errors of rounding and of the second order are then alike.
+/// Relative parameter step of the central difference; rounding and truncation errors are of the same order.
 const DIFFERENCE_STEP: f64 = 1e-6;
 
-/// The parameter and the orbit of the first fold of a family that starts near a state.
+/// Parameter and orbit of the first fold of the family that starts at the orbit near the state `estimate`.
 ///
 /// # Errors
-/// `NoConvergence` where the family is lost or does not turn back.
+/// `NoConvergence` if the corrector fails or no fold occurs within the steps.
 pub fn find_fold(
     family: &dyn Fn(f64) -> DynamicModel,
-    near: &[f64],
+    estimate: &[f64],
     periods: u64,
-    course: FoldOptions,
+    options: FoldOptions,
 ) -> Result<(f64, PeriodicOrbit), Error> {
-    let first = find_orbit(&family(course.from), near, periods)?;
-    let units = return_map(&family(course.from), &first.start, periods)?.units;
-    let follow = OrbitFamily {
+    let first = find_orbit(&family(options.from), estimate, periods)?;
+    let units = return_map(&family(options.from), &first.start, periods)?.units;
+    let orbits = OrbitFamily {
         family,
         periods,
         units,
     };
-    let mut here: ContinuationPoint = first
+    let mut point: ContinuationPoint = first
         .start
         .iter()
-        .zip(&follow.units)
+        .zip(&orbits.units)
         .map(|(y, u)| y / u)
         .collect();
-    here.push(course.from);
-    let mut along = vec![0.0; here.len()];
-    along[here.len() - 1] = course.step.signum();
-    let mut tangent = follow.tangent(&here, &along)?;
-    let step = course.step.abs() / tangent[here.len() - 1].abs();
-    for _ in 0..course.max_steps {
-        let next = follow.correct(&here, &tangent, step)?;
-        let turned = follow.tangent(&next, &tangent)?;
-        if turned[here.len() - 1] * course.step < 0.0 {
-            return follow.locate_fold(&here, &tangent, step);
+    point.push(options.from);
+    let mut reference = vec![0.0; point.len()];
+    reference[point.len() - 1] = options.step.signum();
+    let mut tangent = orbits.tangent(&point, &reference)?;
+    let step = options.step.abs() / tangent[point.len() - 1].abs();
+    for _ in 0..options.max_steps {
+        let next = orbits.correct(&point, &tangent, step)?;
+        let next_tangent = orbits.tangent(&next, &tangent)?;
+        if next_tangent[point.len() - 1] * options.step < 0.0 {
+            return orbits.locate_fold(&point, &tangent, step);
         }
-        (here, tangent) = (next, turned);
+        (point, tangent) = (next, next_tangent);
     }
     Err(Error::new(
         Code::NoConvergence,
         format!(
-            "the family of orbits did not turn back in {} steps",
-            course.max_steps
+            "no fold of the family of orbits was found in {} steps",
+            options.max_steps
         ),
     )
     .with_hint("take more steps, or larger ones"))
@@ -78,7 +77,7 @@ struct OrbitFamily<'a> {
 }
 
 impl OrbitFamily<'_> {
-    /// `P − y` and its derivatives, `[row][state and parameter]`.
+    /// Residual `P(y) − y` of the return map and its derivatives, `[row][state and parameter]`.
     fn residual_and_jacobian(
         &self,
         point: &ContinuationPoint,
@@ -90,43 +89,43 @@ impl OrbitFamily<'_> {
             .zip(&self.units)
             .map(|(x, unit)| x * unit)
             .collect();
-        let miss = |parameter: f64| {
-            let there = return_map(&(self.family)(parameter), &start, self.periods)?;
-            Ok::<_, Error>((self.rescaled(&there.end, &there.units), there))
+        let end_at = |parameter: f64| {
+            let map = return_map(&(self.family)(parameter), &start, self.periods)?;
+            Ok::<_, Error>((self.rescaled(&map.end, &map.units), map))
         };
-        let (end, there) = miss(parameter)?;
-        let apart: Vec<f64> = end.iter().zip(point).map(|(end, x)| end - x).collect();
+        let (end, map) = end_at(parameter)?;
+        let residual: Vec<f64> = end.iter().zip(point).map(|(end, x)| end - x).collect();
         let delta = DIFFERENCE_STEP * parameter.abs();
-        let (up, down) = (miss(parameter + delta)?.0, miss(parameter - delta)?.0);
-        let mut slope = Vec::with_capacity(n * (n + 1));
+        let (up, down) = (end_at(parameter + delta)?.0, end_at(parameter - delta)?.0);
+        let mut jacobian = Vec::with_capacity(n * (n + 1));
         for i in 0..n {
             for j in 0..n {
-                let ratio = there.units[i] / self.units[i] * (self.units[j] / there.units[j]);
-                slope.push(there.jacobian[i * n + j] * ratio - f64::from(i == j));
+                let ratio = map.units[i] / self.units[i] * (self.units[j] / map.units[j]);
+                jacobian.push(map.jacobian[i * n + j] * ratio - f64::from(i == j));
             }
-            slope.push((up[i] - down[i]) / (2.0 * delta));
+            jacobian.push((up[i] - down[i]) / (2.0 * delta));
         }
-        Ok((apart, slope))
+        Ok((residual, jacobian))
     }
 
     fn rescaled(&self, x: &[f64], units: &[f64]) -> Vec<f64> {
-        let each = x.iter().zip(units).zip(&self.units);
-        each.map(|((x, from), to)| x * from / to).collect()
+        let scaled = x.iter().zip(units).zip(&self.units);
+        scaled.map(|((x, from), to)| x * from / to).collect()
     }
 
-    /// The unit tangent at a point, in the sense of `along`.
-    fn tangent(&self, point: &ContinuationPoint, along: &[f64]) -> Result<Vec<f64>, Error> {
-        let (_, mut slope) = self.residual_and_jacobian(point)?;
-        slope.extend_from_slice(along);
+    /// Unit tangent at a point, oriented along `reference`.
+    fn tangent(&self, point: &ContinuationPoint, reference: &[f64]) -> Result<Vec<f64>, Error> {
+        let (_, mut jacobian) = self.residual_and_jacobian(point)?;
+        jacobian.extend_from_slice(reference);
         let mut tangent = vec![0.0; point.len()];
         tangent[point.len() - 1] = 1.0;
-        small_dense::solve(&mut slope, &mut tangent);
-        let size = tangent.iter().map(|x| x * x).sum::<f64>().sqrt();
-        tangent.iter_mut().for_each(|x| *x /= size);
+        small_dense::solve(&mut jacobian, &mut tangent);
+        let norm = tangent.iter().map(|x| x * x).sum::<f64>().sqrt();
+        tangent.iter_mut().for_each(|x| *x /= norm);
         Ok(tangent)
     }
 
-    /// The point of the family at a distance along the tangent.
+    /// Corrector: point of the family at the arc-length step from a point along its tangent.
     fn correct(
         &self,
         from: &ContinuationPoint,
@@ -139,28 +138,29 @@ impl OrbitFamily<'_> {
             .map(|(x, t)| x + step * t)
             .collect();
         for _ in 0..MAX_ITERATIONS {
-            let (mut miss, mut slope) = self.residual_and_jacobian(&point)?;
-            slope.extend_from_slice(tangent);
-            let gone: f64 = point
+            let (mut residual, mut jacobian) = self.residual_and_jacobian(&point)?;
+            jacobian.extend_from_slice(tangent);
+            let advance: f64 = point
                 .iter()
                 .zip(from)
                 .zip(tangent)
                 .map(|((x, o), t)| (x - o) * t)
                 .sum();
-            miss.push(gone - step);
-            small_dense::solve(&mut slope, &mut miss);
-            point.iter_mut().zip(&miss).for_each(|(x, m)| *x -= m);
-            if max_norm(&miss) <= 1e-12 * max_norm(&point) {
+            residual.push(advance - step);
+            small_dense::solve(&mut jacobian, &mut residual);
+            point.iter_mut().zip(&residual).for_each(|(x, m)| *x -= m);
+            if max_norm(&residual) <= 1e-12 * max_norm(&point) {
                 return Ok(point);
             }
         }
-        Err(
-            Error::new(Code::NoConvergence, "the family of orbits was lost")
-                .with_hint("take smaller steps"),
+        Err(Error::new(
+            Code::NoConvergence,
+            "the continuation of the family of orbits failed",
         )
+        .with_hint("take smaller steps"))
     }
 
-    /// Locates a fold, where the parameter is stationary between a point and the step ahead of it.
+    /// Locates by bisection the fold between a point and the next one.
     fn locate_fold(
         &self,
         from: &ContinuationPoint,
@@ -169,18 +169,18 @@ impl OrbitFamily<'_> {
     ) -> Result<(f64, PeriodicOrbit), Error> {
         let n = self.units.len();
         let (mut low, mut high) = (0.0, step);
-        let sense = tangent[n];
+        let direction = tangent[n];
         while high - low > 1e-7 * step {
             let middle = 0.5 * (low + high);
-            let there = self.correct(from, tangent, middle)?;
-            match self.tangent(&there, tangent)?[n] * sense > 0.0 {
+            let point = self.correct(from, tangent, middle)?;
+            match self.tangent(&point, tangent)?[n] * direction > 0.0 {
                 true => low = middle,
                 false => high = middle,
             }
         }
-        let there = self.correct(from, tangent, low)?;
-        let model = (self.family)(there[n]);
-        let start: Vec<f64> = there
+        let point = self.correct(from, tangent, low)?;
+        let model = (self.family)(point[n]);
+        let start: Vec<f64> = point
             .iter()
             .zip(&self.units)
             .map(|(x, unit)| x * unit)
@@ -188,7 +188,7 @@ impl OrbitFamily<'_> {
         let map = return_map(&model, &start, self.periods)?;
         let residual = max_norm(&map.residual(&start));
         Ok((
-            there[n],
+            point[n],
             map.into_periodic_orbit(start, self.periods, residual)?,
         ))
     }

@@ -1,4 +1,4 @@
-//! Floquet stability: the monodromy matrix Φ of one period and its eigenvalues.
+//! Floquet stability: monodromy matrix `x(t + T) = Φ x(t)` of one period and its eigenvalues, the multipliers μ.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -11,7 +11,7 @@ use super::methods::periodic::fundamental::{FundamentalSolutions, freeze_states,
 use super::methods::periodic::grid::PeriodGrid;
 use super::methods::periodic::run::without_wave_pieces;
 use super::taylor::TimeVaryingModel;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
 pub mod multiplier_collision;
 
@@ -21,57 +21,57 @@ pub mod orbit;
 
 pub mod fold;
 
-/// Multipliers may be above one by this much: on the circle two that meet are found to the square root of rounding.
+/// Excess of |μ| over one that still counts as stable: coincident multipliers are accurate to the square root of rounding.
 pub const MULTIPLIER_TOLERANCE: f64 = 1e-7;
 
-/// Monodromy matrix: the map of a state over a period.
+/// Monodromy matrix: map of the state over one period.
 #[derive(Debug, Clone)]
 pub struct Monodromy {
-    /// Φ, in the machine's units.
+    /// Monodromy matrix Φ in SI units.
     pub matrix: Matrix,
-    /// T, s.
+    /// Period T, s.
     pub period: f64,
-    /// Φ in units in which all states are of like size.
+    /// Φ in units in which all states are of similar size.
     scaled: Matrix,
-    /// Coordinates along which nothing resists, then the ones that do, orthonormal columns in those units.
+    /// Rigid-body directions, then the elastic ones, as orthonormal columns in those units.
     basis: Matrix,
     rigid: usize,
 }
 
-/// Eigenvalues of Φ.
+/// Eigenvalues μ of Φ, the Floquet multipliers.
 #[derive(Debug, Clone)]
 pub struct FloquetMultipliers {
-    /// Those of free turning first, then the others by falling size.
+    /// Multipliers of rigid-body rotation first, then the others by falling |μ|.
     pub values: Vec<Complex>,
-    /// Number of multipliers that belong to free turning.
+    /// Number of multipliers of rigid-body rotation.
     pub rigid: usize,
-    /// The largest size of the others.
+    /// Largest |μ| of the other multipliers.
     pub largest: f64,
-    /// T, s.
+    /// Period T, s.
     pub period: f64,
 }
 
 impl FloquetMultipliers {
-    /// No motion grows.
+    /// Whether no perturbation grows: |μ| ≤ 1 within [`MULTIPLIER_TOLERANCE`].
     pub fn is_stable(&self) -> bool {
         self.largest <= 1.0 + MULTIPLIER_TOLERANCE
     }
 
-    /// Stability margin: `1 − |μ|`.
+    /// Stability margin `1 − |μ|` of the largest multiplier; negative if unstable.
     pub fn margin(&self) -> f64 {
         1.0 - self.largest
     }
 
-    /// Growth of the fastest motion, 1/s: `ln|μ|/T`.
+    /// Largest Floquet exponent `ln|μ|/T`, 1/s.
     pub fn exponent(&self) -> f64 {
         self.largest.ln() / self.period
     }
 }
 
-/// Φ of a machine in a regime, with all contacts closed where none is given; the period starts at t = 0.
+/// Monodromy matrix of a model in a regime, by default with all contacts closed; the period starts at t = 0.
 ///
 /// # Errors
-/// What the periodic method refuses.
+/// Those of the periodic method; `BudgetExceeded` for too many pieces.
 pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodromy, Error> {
     let states = match regime {
         Some(regime) => without_wave_pieces(regime.clone()).states,
@@ -79,34 +79,34 @@ pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodr
     };
     let from = 0.0;
     let (scale, grid) = period_grid(model, from)?;
-    let (n, all) = (model.coordinate_count(), scale.units.len());
-    let work = grid.pieces.len() as f64 * (all as f64).powi(3);
+    let (n, dim) = (model.coordinate_count(), scale.units.len());
+    let work = grid.pieces.len() as f64 * (dim as f64).powi(3);
     if work > MAX_WORK {
-        return Err(budget_exceeded(&grid, all, work));
+        return Err(budget_exceeded(&grid, dim, work));
     }
-    let by_rows = |flat: &[f64]| Matrix::from_fn(all, all, |i, j| flat[i * all + j]);
-    let mut scaled = Matrix::identity(all, all);
-    let mut before: Option<(TimeVaryingModel, Matrix)> = None;
+    let by_rows = |flat: &[f64]| Matrix::from_fn(dim, dim, |i, j| flat[i * dim + j]);
+    let mut scaled = Matrix::identity(dim, dim);
+    let mut last: Option<(TimeVaryingModel, Matrix)> = None;
     for &piece in &grid.pieces {
-        let held = freeze_states(model, from, &states, piece)?;
-        // Between the jumps of rectangular waves pieces are alike.
-        let alike =
-            |b: &(TimeVaryingModel, Matrix)| b.0.half == held.half && b.0.branches == held.branches;
-        let over = match before.take().filter(alike) {
-            Some((_, over)) => over,
+        let ltv = freeze_states(model, from, &states, piece)?;
+        // Pieces between the jumps of rectangular waves are equal.
+        let equal =
+            |b: &(TimeVaryingModel, Matrix)| b.0.half == ltv.half && b.0.branches == ltv.branches;
+        let map = match last.take().filter(equal) {
+            Some((_, map)) => map,
             None => {
-                let free = FundamentalSolutions::new(&held, &scale, &states)?;
-                by_rows(&free.to_end) * by_rows(&free.from_start)
+                let fundamental = FundamentalSolutions::new(&ltv, &scale, &states)?;
+                by_rows(&fundamental.to_end) * by_rows(&fundamental.from_start)
             }
         };
-        scaled = &over * scaled;
-        before = Some((held, over));
+        scaled = &map * scaled;
+        last = Some((ltv, map));
     }
     let units = &scale.units;
-    let branches = before.map_or(Vec::new(), |(held, _)| held.branches);
+    let branches = last.map_or(Vec::new(), |(ltv, _)| ltv.branches);
     let elastic = model.elements.iter().zip(&branches);
     let mut rows: Vec<Vec<f64>> = elastic
-        .filter(|(_, held)| held.is_elastic())
+        .filter(|(_, ltv)| ltv.is_elastic())
         .map(|(b, _)| {
             let mut row = vec![0.0; n];
             b.direction
@@ -115,12 +115,12 @@ pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodr
             row
         })
         .collect();
-    if let Some((stiffness, _)) = &model.unattached {
+    if let Some((stiffness, _)) = &model.global_matrices {
         rows.extend((0..n).map(|i| (0..n).map(|j| stiffness[(i, j)] * units[j]).collect()));
     }
     let (basis, rigid) = rigid_body_basis(&rows, n)?;
     Ok(Monodromy {
-        matrix: Matrix::from_fn(all, all, |i, j| scaled[(i, j)] * (units[i] / units[j])),
+        matrix: Matrix::from_fn(dim, dim, |i, j| scaled[(i, j)] * (units[i] / units[j])),
         period: grid.period,
         scaled,
         basis,
@@ -128,28 +128,28 @@ pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodr
     })
 }
 
-/// Work that makes sense, in pieces times multiplications of a product of matrices: minutes.
+/// Work limit in multiplications, pieces × n³; it corresponds to minutes.
 const MAX_WORK: f64 = 1e11;
 
 fn budget_exceeded(grid: &PeriodGrid, states: usize, work: f64) -> Error {
     let message = format!(
-        "what a period of {} does takes {} pieces of {states} states, {work:.0e} multiplications; {MAX_WORK:.0e} are allowed",
+        "a period of {} takes {} segments of {states} states, {work:.0e} multiplications (limit {MAX_WORK:.0e})",
         format_time(grid.period),
         grid.pieces.len(),
     );
     Error::new(Code::BudgetExceeded, message)
-        .with_hint("the fastest motion is far from the period: make what is so stiff rigid")
+        .with_hint("the period is too long for the fastest mode: make the stiffest element rigid")
 }
 
 fn closed_states(model: &DynamicModel) -> Vec<ElementState> {
-    let stand = |law: &ForceLaw| match law {
+    let closed = |law: &ForceLaw| match law {
         ForceLaw::Contact(_) => ElementState::Contact(ContactState::Closed(Flank::Drive), 0),
         _ => ElementState::Smooth,
     };
-    model.elements.iter().map(|b| stand(&b.law)).collect()
+    model.elements.iter().map(|b| closed(&b.law)).collect()
 }
 
-/// Directions no row resists, then the others, and how many the first are.
+/// Orthonormal basis with the null space of the rows first, and the dimension of the null space.
 pub(crate) fn rigid_body_basis(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
     let mut gram = Matrix::zeros(n, n);
     for row in rows {
@@ -171,49 +171,47 @@ pub(crate) fn rigid_body_basis(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, u
     Ok((eigen.vectors, rigid))
 }
 
-/// A direction is free where the unit rows see less of it than this, squared: chains of hundred inertias are seen by 1e-4.
+/// Eigenvalue of the Gram matrix of the unit rows below which a direction is free; elastic ones of chains of 100 inertias exceed 1e-8.
 const NULL_SPACE_TOLERANCE: f64 = 1e-11;
 
 impl Monodromy {
-    /// The eigenvalues of Φ; those of free turning apart, since two that meet at one are only found to the square root of rounding.
+    /// Eigenvalues of Φ; those of rigid-body rotation separately, as double eigenvalues are accurate to the square root of rounding only.
     ///
     /// # Errors
-    /// `NoConvergence` where the eigenvalues are not found.
+    /// `NoConvergence` of the eigenvalue iteration.
     pub fn multipliers(&self) -> Result<FloquetMultipliers, Error> {
         let n = self.basis.nrows();
-        let all = self.scaled.nrows();
-        let turned = |both: bool| -> Vec<usize> {
+        let dim = self.scaled.nrows();
+        let rigid = |both: bool| -> Vec<usize> {
             let count = if both { 2 } else { 1 };
             (0..count)
                 .flat_map(|part| (0..self.rigid).map(move |i| part * n + i))
                 .collect()
         };
-        // Φ in the basis of free turning and the rest, once for coordinates and once for speeds.
-        let wide = Matrix::from_fn(all, all, |i, j| match (i / n, j / n) {
+        // Φ in the basis of rigid-body and elastic directions, for coordinates and for speeds.
+        let transform = Matrix::from_fn(dim, dim, |i, j| match (i / n, j / n) {
             (0, 0) => self.basis[(i, j)],
             (1, 1) => self.basis[(i - n, j - n)],
             (a, b) if a >= 2 && b >= 2 => f64::from(i == j),
             _ => 0.0,
         });
-        let phi = wide.transpose() * &self.scaled * &wide;
-        let both = turned(true);
+        let phi = transform.transpose() * &self.scaled * &transform;
+        let both = rigid(true);
         let others =
-            |apart: &[usize]| -> Vec<usize> { (0..all).filter(|i| !apart.contains(i)).collect() };
-        let leaks = |apart: &[usize]| {
-            let rest = others(apart);
-            let sizes = rest
-                .iter()
-                .flat_map(|&i| apart.iter().map(move |&j| (i, j)));
+            |set: &[usize]| -> Vec<usize> { (0..dim).filter(|i| !set.contains(i)).collect() };
+        let mixes = |set: &[usize]| {
+            let rows = others(set);
+            let sizes = rows.iter().flat_map(|&i| set.iter().map(move |&j| (i, j)));
             sizes.map(|at| phi[at].abs()).fold(0.0, f64::max) > COUPLING_TOLERANCE
         };
-        let apart = if leaks(&both) { turned(false) } else { both };
-        let rest = others(&apart);
+        let set = if mixes(&both) { rigid(false) } else { both };
+        let rows = others(&set);
         let block = |at: &[usize]| Matrix::from_fn(at.len(), at.len(), |i, j| phi[(at[i], at[j])]);
-        let mut elastic = eigen::eigenvalues(&block(&rest))?;
-        sort_falling(&mut elastic, |a| a.norm());
+        let mut elastic = eigen::eigenvalues(&block(&rows))?;
+        sort_descending(&mut elastic, |a| a.norm());
         let mut values = vec![Complex::new(1.0, 0.0); self.rigid];
-        if apart.len() > self.rigid {
-            values.extend(eigen::eigenvalues(&block(&apart[self.rigid..]))?);
+        if set.len() > self.rigid {
+            values.extend(eigen::eigenvalues(&block(&set[self.rigid..]))?);
         }
         let largest = elastic.first().map_or(0.0, |z| z.norm());
         let rigid = values.len();
@@ -227,5 +225,5 @@ impl Monodromy {
     }
 }
 
-/// Free turning keeps to itself where what leaks out of it in a period is rounding.
+/// Coupling of rigid-body rotation to the other states over one period that counts as rounding.
 const COUPLING_TOLERANCE: f64 = 1e-9;

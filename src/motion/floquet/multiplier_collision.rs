@@ -18,7 +18,7 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement};
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::methods::periodic::scale::closed_jacobian;
 use crate::numeric::eigen::{GeneralEigen, eigen};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// Oscillatory modes of a machine with its mean stiffness.
@@ -71,7 +71,7 @@ impl OscillatoryModes {
             .filter(|(_, value)| value.im > RIGID_TOLERANCE * fastest)
             .map(|(column, value)| (value, column))
             .collect();
-        sort_rising(&mut oscillatory, |a| a.0.im);
+        sort_ascending(&mut oscillatory, |a| a.0.im);
         Ok(OscillatoryModes { oscillatory, all })
     }
 

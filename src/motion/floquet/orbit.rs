@@ -7,7 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ElementState};
 use crate::motion::methods::periodic::run::{PeriodicRun, RunSegment};
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::numeric::{Complex, Matrix, eigen, small_dense};
 
 /// Periodic orbit with its Floquet multipliers.
@@ -88,10 +88,10 @@ pub fn find_orbit(
         }
     }
     let message = format!(
-        "no orbit of {periods} periods was found near the given state; the last one missed itself by {previous:.1e} of its size"
+        "no orbit of {periods} periods was found near the given state; relative closure error {previous:.1e} at the end"
     );
     Err(Error::new(Code::NoConvergence, message)
-        .with_hint("start from a motion that has settled, or hold a machine that turns freely"))
+        .with_hint("start from a settled motion, or fix a machine that turns freely"))
 }
 
 /// Integrates the Poincaré map P and its Jacobian P′.
@@ -138,7 +138,7 @@ fn apply_saltation(run: &mut PeriodicRun, segment: RunSegment, jacobian: &mut [f
     let mut y = vec![0.0; n_states];
     run.value(segment.to, &mut y);
     let t = run.cache.from + run.elapsed(segment.to);
-    let mut regime = run.whole_regime();
+    let mut regime = run.full_regime();
     let (mut before, mut after) = (vec![0.0; n_states], vec![0.0; n_states]);
     model.derivative_in(Some(&regime), t, &y, &mut before);
     let ElementState::Contact(_, piece) = regime.states[limit.branch] else {
@@ -198,7 +198,7 @@ impl ReturnMap {
         let n = self.end.len();
         let jacobian = Matrix::from_fn(n, n, |i, j| self.jacobian[i * n + j]);
         let mut multipliers = eigen::eigenvalues(&jacobian)?;
-        sort_falling(&mut multipliers, |a| a.norm());
+        sort_descending(&mut multipliers, |a| a.norm());
         Ok(PeriodicOrbit {
             start,
             periods,

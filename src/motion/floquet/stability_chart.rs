@@ -1,4 +1,4 @@
-//! Stability chart: speeds with a Floquet multiplier above one, near `(ω_i + ω_j)/n`.
+//! Stability chart: speeds with a Floquet multiplier |μ| > 1, near the parametric resonances `(ω_i + ω_j)/n`.
 
 use std::f64::consts::TAU;
 
@@ -11,10 +11,10 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use crate::motion::methods::periodic::fundamental::period_grid;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::wave::WavePhase;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Matrix, parallel, symmetric};
 
-/// An interval of unstable speeds, by the frequency the whole machine repeats with, rad/s.
+/// Interval of unstable speeds, expressed as the fundamental frequency 2π/T of the machine, rad/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InstabilityTongue {
     /// Lower edge of the tongue, rad/s.
@@ -23,28 +23,28 @@ pub struct InstabilityTongue {
     pub to: f64,
     /// Speed of largest growth, rad/s.
     pub most_unstable: f64,
-    /// The largest multiplier there: growth in a period.
+    /// Largest |μ| at that speed: growth per period.
     pub growth: f64,
-    /// The resonance of the lowest order within it, else the nearest, such as `2 ω1`, `(ω1 + ω2)/3`; modes are counted from one,
-    /// free turning left out.
+    /// Resonance of the lowest order within the tongue, else the nearest, such as `2 ω1`, `(ω1 + ω2)/3`; elastic modes are counted from
+    /// one.
     pub name: String,
 }
 
-/// Edges are found to this, relative.
+/// Relative accuracy of the edges of a tongue.
 const EDGE_TOLERANCE: f64 = 1e-6;
 
-/// Highest order of a resonance that gets a name.
+/// Highest order n of a named resonance.
 const MAX_ORDER: u32 = 8;
 
-/// Growth beyond this is a tongue where modes meet between the steps: multipliers that meet are found to the square root of rounding.
+/// Growth above one that counts as a tongue at a multiplier collision: coincident multipliers are accurate to the square root of rounding.
 const GROWTH_TOLERANCE: f64 = 1e-6;
 
-/// A speed that was looked at.
+/// Largest multiplier at one evaluated speed.
 #[derive(Debug, Clone, Copy)]
 struct GrowthSample {
-    /// On all speeds of the machine.
+    /// Factor on all speeds of the machine.
     factor: f64,
-    /// The largest multiplier.
+    /// Largest |μ|.
     growth: f64,
 }
 
@@ -54,11 +54,11 @@ impl GrowthSample {
     }
 }
 
-/// Unstable speeds between two factors on all speeds of a machine, all contacts closed: looked at in `points` equal steps and
-/// wherever two modes meet between them.
+/// Instability tongues between two factors on all speeds of a machine with all contacts closed, from `points` equal steps and the
+/// multiplier collisions between them.
 ///
 /// # Errors
-/// What the periodic method refuses; `Interrupted` where it was ended.
+/// Those of the periodic method; `Interrupted` after a cancellation.
 pub fn instability_tongues(
     model: &DynamicModel,
     [from, to]: [f64; 2],
@@ -73,93 +73,91 @@ pub fn instability_tongues(
         monodromy(&scale_speed(model, factor), None)
     };
     let growth = |factor: f64| Ok(at(factor)?.multipliers()?.largest);
-    let look = |factor: f64| {
+    let sample = |factor: f64| {
         let growth = growth(factor)?;
         Ok::<_, Error>(GrowthSample { factor, growth })
     };
     let step = (to - from) / points.max(1) as f64;
     let factors: Vec<f64> = (0..=points).map(|at| from + step * at as f64).collect();
-    let steps = parallel::try_map(&factors, |&factor| look(factor))?;
-    let mut rows = steps.clone();
+    let equidistant = parallel::try_map(&factors, |&factor| sample(factor))?;
+    let mut samples = equidistant.clone();
     let modes = OscillatoryModes::new(model)?;
-    for expected in modes.candidates(model, base, [from, to], MAX_ORDER) {
-        let after = steps.partition_point(|s| s.factor <= expected.factor);
-        let beside = &steps[after.saturating_sub(1)..(after + 1).min(steps.len())];
-        if beside.iter().all(|s| s.is_unstable()) {
+    for candidate in modes.candidates(model, base, [from, to], MAX_ORDER) {
+        let after = equidistant.partition_point(|s| s.factor <= candidate.factor);
+        let neighbours = &equidistant[after.saturating_sub(1)..(after + 1).min(equidistant.len())];
+        if neighbours.iter().all(|s| s.is_unstable()) {
             continue;
         }
-        if let Some(MultiplierCollision {
-            factor,
-            radius: within,
-        }) = modes.locate_collision(expected, at)?
+        if let Some(MultiplierCollision { factor, radius }) =
+            modes.locate_collision(candidate, at)?
         {
-            let near = [factor - within, factor + within].map(|x| x.clamp(from, to));
-            let (factor, growth) = max_growth(&growth, near)?;
-            rows.extend(
+            let bracket = [factor - radius, factor + radius].map(|x| x.clamp(from, to));
+            let (factor, growth) = max_growth(&growth, bracket)?;
+            samples.extend(
                 (growth > 1.0 + GROWTH_TOLERANCE).then_some(GrowthSample { factor, growth }),
             );
         }
     }
-    sort_by_speed(&mut rows);
-    split_tongues(&mut rows, step, look)?;
+    sort_by_speed(&mut samples);
+    split_tongues(&mut samples, step, sample)?;
     let mut tongues = Vec::new();
     let mut at = 0;
-    for run in rows.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
-        let (first, last) = (at, at + run.len() - 1);
-        at += run.len();
-        if run[0].is_unstable() {
-            tongues.push(tongue(model, base, (&rows, first, last), &growth)?);
+    for group in samples.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
+        let (first, last) = (at, at + group.len() - 1);
+        at += group.len();
+        if group[0].is_unstable() {
+            tongues.push(tongue(model, base, (&samples, first, last), &growth)?);
         }
     }
     Ok(tongues)
 }
 
-/// Looks between unstable speeds less than a step apart, where two tongues may lie.
+/// Adds a sample between unstable speeds less than a step apart, which may belong to two tongues.
 fn split_tongues(
-    rows: &mut Vec<GrowthSample>,
+    samples: &mut Vec<GrowthSample>,
     step: f64,
-    look: impl Fn(f64) -> Result<GrowthSample, Error>,
+    sample: impl Fn(f64) -> Result<GrowthSample, Error>,
 ) -> Result<(), Error> {
-    let near = |pair: &&[GrowthSample]| {
+    let is_close = |pair: &&[GrowthSample]| {
         let unstable = pair.iter().all(|s| s.is_unstable());
         unstable && pair[1].factor - pair[0].factor < step * (1.0 - EDGE_TOLERANCE)
     };
-    let middle = |pair: &[GrowthSample]| look(0.5 * (pair[0].factor + pair[1].factor));
+    let middle = |pair: &[GrowthSample]| sample(0.5 * (pair[0].factor + pair[1].factor));
     let middles: Result<Vec<GrowthSample>, Error> =
-        rows.windows(2).filter(near).map(middle).collect();
-    rows.extend(middles?);
-    sort_by_speed(rows);
+        samples.windows(2).filter(is_close).map(middle).collect();
+    samples.extend(middles?);
+    sort_by_speed(samples);
     Ok(())
 }
 
-fn sort_by_speed(rows: &mut [GrowthSample]) {
-    sort_rising(rows, |a| a.factor);
+fn sort_by_speed(samples: &mut [GrowthSample]) {
+    sort_ascending(samples, |a| a.factor);
 }
 
-/// The tongue around unstable speeds from `first` to `last`.
+/// Tongue around the unstable samples `first` to `last`.
 fn tongue(
     model: &DynamicModel,
     base: f64,
     (rows, first, last): (&[GrowthSample], usize, usize),
     growth: &impl Fn(f64) -> Result<f64, Error>,
 ) -> Result<InstabilityTongue, Error> {
-    let surface = |inside: usize, outside: Option<usize>| {
+    let edge_between = |inside: usize, outside: Option<usize>| {
         let inside = rows[inside].factor;
         match outside.and_then(|at| rows.get(at)) {
             Some(outside) => edge(growth, inside, outside.factor),
             None => Ok(inside),
         }
     };
-    let low = surface(first, first.checked_sub(1))?;
-    let high = surface(last, Some(last + 1))?;
+    let low = edge_between(first, first.checked_sub(1))?;
+    let high = edge_between(last, Some(last + 1))?;
     let by_growth = |a: &usize, b: &usize| rows[*a].growth.total_cmp(&rows[*b].growth);
     let top = (first..=last).max_by(by_growth).unwrap_or(first);
-    let beside = |at: Option<usize>| at.and_then(|at| rows.get(at)).unwrap_or(&rows[top]).factor;
-    let near = [
-        beside(top.checked_sub(1)).max(low),
-        beside(Some(top + 1)).min(high),
+    let factor = |at: Option<usize>| at.and_then(|at| rows.get(at)).unwrap_or(&rows[top]).factor;
+    let bracket = [
+        factor(top.checked_sub(1)).max(low),
+        factor(Some(top + 1)).min(high),
     ];
-    let (mut worst, mut most) = max_growth(growth, near)?;
+    let (mut worst, mut most) = max_growth(growth, bracket)?;
     if rows[top].growth > most {
         (worst, most) = (rows[top].factor, rows[top].growth);
     }
@@ -172,7 +170,7 @@ fn tongue(
     })
 }
 
-/// The machine with every wave and harmonic load faster by a factor.
+/// Model with the frequency of every wave and harmonic load multiplied by a factor.
 pub fn scale_speed(model: &DynamicModel, factor: f64) -> DynamicModel {
     let mut model = model.clone();
     for b in &mut model.elements {
@@ -195,7 +193,7 @@ pub fn scale_speed(model: &DynamicModel, factor: f64) -> DynamicModel {
     model
 }
 
-/// The edge between an unstable factor and a stable one, by bisection.
+/// Edge of a tongue between an unstable and a stable factor, by bisection.
 fn edge(
     growth: &impl Fn(f64) -> Result<f64, Error>,
     mut unstable: f64,
@@ -211,31 +209,31 @@ fn edge(
     Ok(unstable)
 }
 
-/// Maximum of the growth between two factors, by golden section.
+/// Factor and value of the maximum growth between two factors, by golden-section search.
 fn max_growth(
     growth: &impl Fn(f64) -> Result<f64, Error>,
     [mut a, mut d]: [f64; 2],
 ) -> Result<(f64, f64), Error> {
-    let share = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut b, mut c) = (d - share * (d - a), a + share * (d - a));
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut b, mut c) = (d - ratio * (d - a), a + ratio * (d - a));
     let (mut at_b, mut at_c) = (growth(b)?, growth(c)?);
-    let close = 1e-3 * (d - a);
-    while d - a > close {
+    let tolerance = 1e-3 * (d - a);
+    while d - a > tolerance {
         if at_b > at_c {
             (d, c, at_c) = (c, b, at_b);
-            b = d - share * (d - a);
+            b = d - ratio * (d - a);
             at_b = growth(b)?;
         } else {
             (a, b, at_b) = (b, c, at_c);
-            c = a + share * (d - a);
+            c = a + ratio * (d - a);
             at_c = growth(c)?;
         }
     }
     Ok(if at_b > at_c { (b, at_b) } else { (c, at_c) })
 }
 
-/// The `(ω_i + ω_j)/coordinate_count` of the mean machine, by the frequency of one of its waves, that a tongue from `low` to `high` is named by.
-/// High orders lie everywhere, so that of the lowest order within the tongue goes before one that lies nearer to its top.
+/// Name of the resonance `(ω_i + ω_j)/n` of the mean model, by the frequency of one of its waves, for a tongue from `low` to `high`.
+/// As resonances of high order are dense, the lowest order within the tongue takes precedence over the one nearest to the maximum.
 fn resonance_name(
     model: &DynamicModel,
     base: f64,
@@ -244,14 +242,14 @@ fn resonance_name(
     let natural = mean_frequencies(model)?;
     let mut best = ((u32::MAX, f64::INFINITY), String::new());
     for wave in frequencies(model) {
-        let times = (wave / base).round();
+        let harmonic = (wave / base).round();
         for i in 0..natural.len() {
             for j in i..natural.len() {
                 for n in 1..=MAX_ORDER {
-                    let at = (natural[i] + natural[j]) / f64::from(n) / times;
-                    let within = (low..=high).contains(&at);
+                    let speed = (natural[i] + natural[j]) / f64::from(n) / harmonic;
+                    let within = (low..=high).contains(&speed);
                     let order = if within { n } else { MAX_ORDER + 1 };
-                    let rank = (order, (at / worst).ln().abs());
+                    let rank = (order, (speed / worst).ln().abs());
                     if rank.0 < best.0.0
                         || (rank.0 == best.0.0 && rank.1 < best.0.1 * (1.0 - EDGE_TOLERANCE))
                     {
@@ -274,7 +272,7 @@ fn resonance(i: usize, j: usize, n: u32) -> String {
     }
 }
 
-/// Natural frequencies of the machine with its mean stiffness, free turning left out, rad/s.
+/// Natural frequencies of the elastic modes with mean stiffness, rad/s, ascending.
 fn mean_frequencies(model: &DynamicModel) -> Result<Vec<f64>, Error> {
     let n = model.coordinate_count();
     let stiffness = |b: &ForceElement| match &b.law {
@@ -291,9 +289,9 @@ fn mean_frequencies(model: &DynamicModel) -> Result<Vec<f64>, Error> {
             }
         }
     }
-    if let Some((general, _)) = &model.unattached {
+    if let Some((unattached, _)) = &model.global_matrices {
         for j in 0..n {
-            (0..n).for_each(|i| k[(i, j)] += 0.5 * (general[(i, j)] + general[(j, i)]));
+            (0..n).for_each(|i| k[(i, j)] += 0.5 * (unattached[(i, j)] + unattached[(j, i)]));
         }
     }
     let unit = |j: usize| {
@@ -302,8 +300,8 @@ fn mean_frequencies(model: &DynamicModel) -> Result<Vec<f64>, Error> {
     };
     let columns: Vec<Vec<f64>> = (0..n).map(unit).collect();
     let m = Matrix::from_fn(n, n, |i, j| columns[j][i]);
-    let squares = symmetric::generalised_symmetric_eigen(&k, &m)?.values;
-    let largest = squares.iter().copied().fold(0.0, f64::max);
-    let elastic = squares.into_iter().filter(|&x| x > 1e-9 * largest);
+    let eigenvalues = symmetric::generalised_symmetric_eigen(&k, &m)?.values;
+    let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
+    let elastic = eigenvalues.into_iter().filter(|&x| x > 1e-9 * largest);
     Ok(elastic.map(f64::sqrt).collect())
 }

@@ -11,39 +11,39 @@ use crate::motion::problem::{IntegrationStats, OdeProblem};
 use crate::motion::progress::clamp_time;
 use crate::motion::stepper::{StepSizeRule, Stepper, equal_step};
 
-/// Stages of the step itself; the slope at its end and three more serve the dense output.
+/// Stages of the step; the slope at its end and three further stages serve the dense output.
 const STEP_STAGES: usize = 12;
 
-/// The method between two steps.
+/// State of the method between two steps.
 pub struct Dop853 {
     control: StepSizeRule,
     scale: ErrorScale,
-    /// The step to try next, s; zero where none is known.
+    /// Next trial step, s; zero before the first step.
     next: f64,
-    /// Slopes of the last step.
+    /// Stage slopes of the last step.
     slopes: Vec<Vec<f64>>,
-    /// The instant and state the first slope belongs to; absent after a restart.
-    known: Option<(f64, Vec<f64>)>,
-    /// The same of the slope at the end of the step.
-    ended: Option<(f64, Vec<f64>)>,
+    /// Time, s, and state of the first slope; absent after a restart.
+    start: Option<(f64, Vec<f64>)>,
+    /// Time, s, and state of the slope at the end of the step.
+    end: Option<(f64, Vec<f64>)>,
     /// Coefficients of the dense output.
-    inner: Vec<Vec<f64>>,
-    /// Earliest instant at which f may be evaluated: between the restart and the end of its interval.
-    since: f64,
+    dense: Vec<Vec<f64>>,
+    /// Earliest time at which f may be evaluated, s: that of the last restart.
+    t_min: f64,
 }
 
 impl Dop853 {
-    /// Before the first step.
+    /// Method before the first step.
     pub fn new(control: StepSizeRule, scale: ErrorScale) -> Dop853 {
         Dop853 {
             control,
             scale,
             next: 0.0,
             slopes: vec![Vec::new(); 16],
-            known: None,
-            ended: None,
-            inner: vec![Vec::new(); 8],
-            since: f64::NEG_INFINITY,
+            start: None,
+            end: None,
+            dense: vec![Vec::new(); 8],
+            t_min: f64::NEG_INFINITY,
         }
     }
 
@@ -51,14 +51,14 @@ impl Dop853 {
         sum.iter().map(|&(j, a)| a * self.slopes[j][i]).sum()
     }
 
-    /// The state at a stage.
-    fn stage(&self, at: usize, y: &[f64], h: f64) -> Vec<f64> {
+    /// State at a stage.
+    fn stage(&self, index: usize, y: &[f64], h: f64) -> Vec<f64> {
         (0..y.len())
-            .map(|i| y[i] + h * self.sum(STAGES[at], i))
+            .map(|i| y[i] + h * self.sum(STAGES[index], i))
             .collect()
     }
 
-    /// The error of the step to `end`, relative to the tolerance.
+    /// Error estimate of the step from `y` to `end`, relative to the tolerance.
     fn error(&self, y: &[f64], end: &[f64], h: f64, tolerance: f64) -> f64 {
         let sizes = self.scale.sizes(y, end, h);
         let errors =
@@ -73,16 +73,16 @@ impl Dop853 {
         h * fifth * fifth / (fifth * fifth + 0.01 * third * third).sqrt() / tolerance
     }
 
-    /// A first step from the sizes of the state and its slope, s.
-    fn first(&self, y: &[f64], left: f64) -> f64 {
-        let sizes = self.scale.sizes(y, y, 1e-3 * left);
+    /// Initial step from the norms of the state and its slope, s.
+    fn initial_step(&self, y: &[f64], span: f64) -> f64 {
+        let sizes = self.scale.sizes(y, y, 1e-3 * span);
         let (state, slope) = (error_norm(y, &sizes), error_norm(&self.slopes[0], &sizes));
-        let sensible = 0.01 * state / slope;
-        match sensible > 0.0 && sensible.is_finite() {
-            true => sensible.min(1e-2 * left),
-            false => 1e-6 * left,
+        let guess = 0.01 * state / slope;
+        match guess > 0.0 && guess.is_finite() {
+            true => guess.min(1e-2 * span),
+            false => 1e-6 * span,
         }
-        .max(1e-12 * left)
+        .max(1e-12 * span)
     }
 
     fn prepare_dense_output<P: OdeProblem>(
@@ -93,9 +93,9 @@ impl Dop853 {
         h: f64,
         end: &[f64],
     ) {
-        for at in STEP_STAGES + 1..16 {
-            let state = self.stage(at, y, h);
-            problem.derivative(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
+        for index in STEP_STAGES + 1..16 {
+            let state = self.stage(index, y, h);
+            problem.derivative(clock(t + NODES[index] * h), &state, &mut self.slopes[index]);
         }
         let n = y.len();
         let difference: Vec<f64> = (0..n).map(|i| end[i] - y[i]).collect();
@@ -105,20 +105,20 @@ impl Dop853 {
         let fall = (0..n)
             .map(|i| difference[i] - h * self.slopes[STEP_STAGES][i] - rise[i])
             .collect();
-        for (at, &sum) in DENSE.iter().enumerate() {
-            self.inner[4 + at] = (0..n).map(|i| h * self.sum(sum, i)).collect();
+        for (index, &sum) in DENSE.iter().enumerate() {
+            self.dense[4 + index] = (0..n).map(|i| h * self.sum(sum, i)).collect();
         }
-        self.inner[0] = y.to_vec();
-        self.inner[1] = difference;
-        self.inner[2] = rise;
-        self.inner[3] = fall;
+        self.dense[0] = y.to_vec();
+        self.dense[1] = difference;
+        self.dense[2] = rise;
+        self.dense[3] = fall;
     }
 }
 
 impl<P: OdeProblem> Stepper<P> for Dop853 {
     fn restart(&mut self) {
-        self.known = None;
-        self.ended = None;
+        self.start = None;
+        self.end = None;
     }
 
     fn step(
@@ -130,42 +130,42 @@ impl<P: OdeProblem> Stepper<P> for Dop853 {
     ) -> Result<(f64, Vec<f64>), Error> {
         let n = y.len();
         self.slopes.iter_mut().for_each(|s| s.resize(n, 0.0));
-        if self.known.is_none() {
-            self.since = t;
+        if self.start.is_none() {
+            self.t_min = t;
         }
-        let since = self.since;
-        let clock = move |t: f64| clamp_time(t, since, end);
-        let here = |known: &Option<(f64, Vec<f64>)>| {
-            known.as_ref().is_some_and(|(u, x)| *u == t && x == y)
+        let t_min = self.t_min;
+        let clock = move |t: f64| clamp_time(t, t_min, end);
+        let is_at = |point: &Option<(f64, Vec<f64>)>| {
+            point.as_ref().is_some_and(|(u, x)| *u == t && x == y)
         };
-        if here(&self.ended) {
+        if is_at(&self.end) {
             self.slopes.swap(0, STEP_STAGES);
-            self.known = self.ended.take();
-        } else if !here(&self.known) {
+            self.start = self.end.take();
+        } else if !is_at(&self.start) {
             problem.derivative(clock(t), y, &mut self.slopes[0]);
             stats.evaluations += 1;
-            self.known = Some((t, y.to_vec()));
+            self.start = Some((t, y.to_vec()));
             self.scale.update(y);
         }
-        let left = end - t;
-        let wanted = match self.control {
-            StepSizeRule::Fixed(h) => equal_step(left, h),
+        let span = end - t;
+        let proposed = match self.control {
+            StepSizeRule::Fixed(h) => equal_step(span, h),
             StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next,
-            StepSizeRule::Tolerance(_) => self.first(y, left),
+            StepSizeRule::Tolerance(_) => self.initial_step(y, span),
         };
-        let mut h = wanted.min(left);
-        let mut refused = false;
+        let mut h = proposed.min(span);
+        let mut rejected = false;
         loop {
-            if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
+            if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < span {
                 return Err(Error::new(
                     Code::NoConvergence,
                     format!("no step from t = {} keeps the error within the tolerance", format_instant(t)),
                 )
-                .with_hint("the motion is too stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
+                .with_hint("the motion is stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
             }
-            for at in 1..STEP_STAGES {
-                let state = self.stage(at, y, h);
-                problem.derivative(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
+            for index in 1..STEP_STAGES {
+                let state = self.stage(index, y, h);
+                problem.derivative(clock(t + NODES[index] * h), &state, &mut self.slopes[index]);
             }
             stats.evaluations += STEP_STAGES as u64 - 1;
             let reached = self.stage(STEP_STAGES, y, h);
@@ -175,22 +175,22 @@ impl<P: OdeProblem> Stepper<P> for Dop853 {
             };
             let factor = 0.9 * error.powf(-0.125);
             if error < 1.0 {
-                let u = if h == left { end } else { t + h };
+                let u = if h == span { end } else { t + h };
                 problem.derivative(clock(u), &reached, &mut self.slopes[STEP_STAGES]);
                 self.prepare_dense_output(problem, clock, (t, y), h, &reached);
                 stats.evaluations += 4;
-                let grown = h * factor.clamp(0.3, if refused { 1.0 } else { 6.0 });
-                // A step cut short by the end says nothing against a longer one.
-                self.next = match h == left {
-                    true => grown.max(self.next),
-                    false => grown,
+                let next = h * factor.clamp(0.3, if rejected { 1.0 } else { 6.0 });
+                // A step shortened to the end of the interval does not limit the next one.
+                self.next = match h == span {
+                    true => next.max(self.next),
+                    false => next,
                 };
                 self.scale.update(&reached);
-                self.ended = Some((u, reached.clone()));
+                self.end = Some((u, reached.clone()));
                 return Ok((u, reached));
             }
             stats.rejected += 1;
-            refused = true;
+            rejected = true;
             h *= match error.is_finite() {
                 true => factor.clamp(0.2, 0.95),
                 false => 0.1,
@@ -200,11 +200,11 @@ impl<P: OdeProblem> Stepper<P> for Dop853 {
     }
 
     fn interpolate(&self, theta: f64, y: &mut [f64]) {
-        let rest = 1.0 - theta;
-        let c = &self.inner;
+        let eta = 1.0 - theta;
+        let c = &self.dense;
         for i in 0..y.len() {
-            let tail = c[4][i] + (c[5][i] + (c[6][i] + c[7][i] * theta) * rest) * theta;
-            y[i] = c[0][i] + (c[1][i] + (c[2][i] + (c[3][i] + tail * rest) * theta) * rest) * theta;
+            let tail = c[4][i] + (c[5][i] + (c[6][i] + c[7][i] * theta) * eta) * theta;
+            y[i] = c[0][i] + (c[1][i] + (c[2][i] + (c[3][i] + tail * eta) * theta) * eta) * theta;
         }
     }
 }

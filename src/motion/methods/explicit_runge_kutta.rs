@@ -178,7 +178,7 @@ fn from_sizes<P: OdeProblem>(
         let cost = stages * (options.to - options.from) / h;
         if cost > options.max_work as f64 {
             let message = format!(
-                "steps of {} would take {} evaluations, and {} are allowed",
+                "steps of {} take {} evaluations (limit {})",
                 format_time(h),
                 rounded(cost),
                 rounded(options.max_work as f64)
@@ -226,7 +226,7 @@ fn from_sizes<P: OdeProblem>(
 
 fn out_of_range(from: f64, to: f64) -> Error {
     let message = format!(
-        "the motion leaves the range of numbers between t = {} and {}",
+        "the solution diverged (overflow) between t = {} and {}",
         format_instant(from),
         format_instant(to)
     );

@@ -33,14 +33,14 @@ const MAX_PERIOD_SHARE: f64 = 0.25;
 /// Reason against the method for a model; absent if supported.
 pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     if model.internal_count() > 0 {
-        let message = "a branch has an inner state (a late torque, a spring and a damper in series), which is no mode";
+        let message = "a branch has an inner state (a delayed torque, a spring and a damper in series), which is not a mode";
         return Some(message.to_string());
     }
     if model.has_events() {
         let message = "something can switch (play, dry friction), and its steps span many oscillations, in which a switch would be missed";
         return Some(message.to_string());
     }
-    algebraic::why_inertia_needed(model)
+    algebraic::inertia_requirement(model)
 }
 
 /// Integrates a dynamic model by the exponential method.
@@ -442,7 +442,7 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
                     Code::NoConvergence,
                     format!("no step from t = {} keeps the error within the tolerance", format_instant(t)),
                 )
-                .with_hint("what is not linear is stiff or jumps there: take radau5, or a coarser tolerance"));
+                .with_hint("the nonlinear part is stiff or jumps there: take radau5, or a coarser tolerance"));
             }
             let stepped = modes.step(problem, clock, (t, &x), h, &first, stats);
             let y_end = TangentModes::to_modal(&modes.shapes, &stepped.end);

@@ -24,38 +24,38 @@ pub mod explicit_runge_kutta;
 
 pub mod periodic;
 
-/// A method for machines in motion.
+/// Integration method for dynamic models.
 pub struct IntegrationMethod {
-    /// The word for it in commands and files.
+    /// Name in commands and files.
     pub name: &'static str,
-    /// Description in one line.
+    /// One-line description.
     pub title: &'static str,
     /// Step control of the method.
     pub step_control: StepControl,
-    /// Order of convergence in the step; absent where the step makes no error.
+    /// Order of convergence in the step size; absent for methods without discretisation error.
     pub order: Option<u32>,
-    /// Method family: methods of one family share their faults, so that they cannot confirm each other.
+    /// Method family; methods of one family are no independent check of each other.
     pub family: MethodFamily,
-    /// Stability bound of the step; absent where none is too long to be stable.
+    /// Stability bound of the step; absent for methods stable at any step size.
     pub bound: Option<StabilityBound>,
-    /// It takes switches at the instants they happen, so that they cost no order.
+    /// True if switches are located as events, so that they do not reduce the order.
     pub locates_events: bool,
-    /// Why it cannot take a machine; absent where it can.
+    /// Reason why the method does not support a model; `None` if it does.
     pub unsupported_reason: fn(&DynamicModel) -> Option<String>,
-    /// Integrates.
+    /// Function that integrates a model.
     pub run: IntegrateFn<DynamicModel>,
 }
 
 /// Stability region of an explicit method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StabilityBound {
-    /// Evaluations of f in a step.
+    /// Evaluations of f per step.
     pub stages: u32,
-    /// The largest |hλ| in the left half-plane with which a step does not grow; along the imaginary axis it is less.
+    /// Largest |hλ| of the stability region in the left half-plane; on the imaginary axis the bound is smaller.
     pub radius: f64,
 }
 
-// Radii of the regions of the stability polynomials that `stability` draws.
+// Radii of the stability regions that the command `stability` plots.
 const RK4_BOUND: StabilityBound = StabilityBound {
     stages: 4,
     radius: 2.97,
@@ -72,28 +72,28 @@ const DOP853_BOUND: StabilityBound = StabilityBound {
 /// Families of integration methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MethodFamily {
-    /// Solutions of the linear part in closed form, taken from switch to switch.
+    /// Closed-form propagation of the linear part between switches.
     Propagation,
     /// Explicit Runge–Kutta.
     Explicit,
-    /// Collocation at Radau's points.
+    /// Collocation at the Radau points.
     Collocation,
-    /// Newmark's formulas for position and speed.
+    /// Newmark's formulas for position and velocity.
     Newmark,
 }
 
 /// Step control of a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepControl {
-    /// Nothing: it is exact to rounding.
+    /// No step control; the method is exact to rounding.
     Exact,
-    /// A tolerance.
+    /// Adaptive steps by a tolerance.
     Adaptive,
-    /// A step.
+    /// Fixed step size.
     Fixed,
 }
 
-/// Every method, the most special first.
+/// Table of the methods, the most specialised first.
 pub const METHODS: &[IntegrationMethod] = &[
     exact::METHOD,
     switched::METHOD,
@@ -106,7 +106,7 @@ pub const METHODS: &[IntegrationMethod] = &[
         family: MethodFamily::Explicit,
         bound: Some(DOP853_BOUND),
         locates_events: true,
-        unsupported_reason: algebraic::why_inertia_needed,
+        unsupported_reason: algebraic::inertia_requirement,
         run: with_events::dop853,
     },
     IntegrationMethod {
@@ -139,7 +139,7 @@ pub const METHODS: &[IntegrationMethod] = &[
         family: MethodFamily::Explicit,
         bound: Some(DOP853_BOUND),
         locates_events: false,
-        unsupported_reason: algebraic::why_inertia_needed,
+        unsupported_reason: algebraic::inertia_requirement,
         run: explicit_runge_kutta::dop853,
     },
     IntegrationMethod {
@@ -150,7 +150,7 @@ pub const METHODS: &[IntegrationMethod] = &[
         family: MethodFamily::Explicit,
         bound: Some(DOPRI5_BOUND),
         locates_events: false,
-        unsupported_reason: algebraic::why_inertia_needed,
+        unsupported_reason: algebraic::inertia_requirement,
         run: explicit_runge_kutta::dopri5,
     },
     IntegrationMethod {
@@ -161,12 +161,12 @@ pub const METHODS: &[IntegrationMethod] = &[
         family: MethodFamily::Explicit,
         bound: Some(RK4_BOUND),
         locates_events: false,
-        unsupported_reason: algebraic::why_inertia_needed,
+        unsupported_reason: algebraic::inertia_requirement,
         run: explicit_runge_kutta::rk4,
     },
     IntegrationMethod {
         name: "generalized-alpha-controlled",
-        title: "generalised α with ρ∞ = 0.8, steps by a tolerance",
+        title: "generalised α with ρ∞ = 0.8, step control by a tolerance",
         step_control: StepControl::Adaptive,
         order: Some(2),
         family: MethodFamily::Newmark,
@@ -210,7 +210,7 @@ pub const METHODS: &[IntegrationMethod] = &[
     },
 ];
 
-/// The method of a name.
+/// Method with a given name.
 pub fn method_by_name(name: &str) -> Option<&'static IntegrationMethod> {
     METHODS.iter().find(|method| method.name == name)
 }

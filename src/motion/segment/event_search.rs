@@ -81,7 +81,7 @@ impl EventSearch {
                 }
                 check_budget(options, stats, t + tau)?;
             }
-            let horizon = (span - tau).min(trajectory.reach);
+            let horizon = (span - tau).min(trajectory.max_horizon);
             trajectory.evaluate_events(system, horizon);
             for (event, bracket) in self.events.iter_mut().enumerate() {
                 let mut reading = trajectory.event_value(system, event);

@@ -44,7 +44,7 @@ pub struct LinearSystem {
     /// Steady-state phasors of the parts under every harmonic.
     pub steady: Vec<Vec<Complex>>,
     /// Forcing phasors of every harmonic without steady-state response.
-    pub residual_pushes: Vec<Vec<Complex>>,
+    pub residual_inputs: Vec<Vec<Complex>>,
     /// Linear laws of the branches.
     laws: Vec<LinearLaw>,
 }
@@ -121,7 +121,7 @@ impl LinearSystem {
             modal_parts: spectrum,
             transform: stage,
             steady,
-            residual_pushes: residual,
+            residual_inputs: residual,
             laws: laws.to_vec(),
         };
         registers::zero_upper();
@@ -144,7 +144,7 @@ impl LinearSystem {
             axpy(
                 &mut modal[m..2 * m],
                 -law.force.constant,
-                &self.rows.acts[branch],
+                &self.rows.force_rows[branch],
             );
             if let Some(inner) = &law.inner {
                 modal[2 * m + inner_before(model, branch)] += inner.constant;
@@ -230,7 +230,7 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
             rows.dampers.extend(std::iter::once(w).chain(u));
         }
     }
-    if let Some((k, c)) = &model.unattached {
+    if let Some((k, c)) = &model.global_matrices {
         let row = |a: &Matrix, i: usize| {
             context
                 .mass_factor
@@ -252,9 +252,9 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
 #[derive(Debug)]
 pub struct ModalRows {
     /// Deflection rows wᵀΦ of every branch.
-    pub sees: Vec<Vec<f64>>,
+    pub deflection_rows: Vec<Vec<f64>>,
     /// Force rows uᵀΦ of every branch.
-    pub acts: Vec<Vec<f64>>,
+    pub force_rows: Vec<Vec<f64>>,
 }
 
 impl ModalRows {
@@ -275,8 +275,8 @@ impl ModalRows {
         let acts = pairs
             .map(|(b, law)| project(b.force_direction(), blind(law, b.force_direction.is_some())));
         ModalRows {
-            sees: sees.collect(),
-            acts: acts.collect(),
+            deflection_rows: sees.collect(),
+            force_rows: acts.collect(),
         }
     }
 }
@@ -292,7 +292,7 @@ fn equations(
     let mut has_stiffness = false;
     let mut inner = Vec::new();
     for (element, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
-        let (sees, acts) = (&rows.sees[element], &rows.acts[element]);
+        let (sees, acts) = (&rows.deflection_rows[element], &rows.force_rows[element]);
         let k = law.force.deflection;
         if k != 0.0 && (k < 0.0 || branch.force_direction.is_some()) {
             has_stiffness = true;
@@ -309,7 +309,7 @@ fn equations(
             });
         }
     }
-    if let Some((k, _)) = &model.unattached
+    if let Some((k, _)) = &model.global_matrices
         && k.norm_max() > 0.0
     {
         has_stiffness = true;
@@ -360,14 +360,14 @@ fn damping(
         if c == 0.0 {
             continue;
         }
-        let (sees, acts) = (&rows.sees[element], &rows.acts[element]);
+        let (sees, acts) = (&rows.deflection_rows[element], &rows.force_rows[element]);
         let (large_w, large_u) = (large(&branch.direction), large(branch.force_direction()));
         for j in 0..m {
             axpy(d.col_as_slice_mut(j), c * sees[j], acts);
             axpy(size.col_as_slice_mut(j), c.abs() * large_w[j], &large_u);
         }
     }
-    if let Some((_, c)) = &model.unattached {
+    if let Some((_, c)) = &model.global_matrices {
         let modal = modes.shapes.transpose() * c * &modes.shapes;
         let abs = |a: &Matrix| Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].abs());
         let shapes = abs(&modes.shapes);
@@ -388,7 +388,7 @@ fn damping(
 
 /// Rayleigh coefficient β, s, if every damper is β times its spring; none if another element but drag damps.
 fn rayleigh(model: &DynamicModel, laws: &[LinearLaw]) -> Option<f64> {
-    if model.unattached.is_some() {
+    if model.global_matrices.is_some() {
         return None;
     }
     let mut beta: Option<f64> = None;
@@ -429,8 +429,8 @@ fn input_columns(
             InputTarget::Imposed(index) => {
                 let law = &laws[index];
                 for j in 0..m {
-                    value[m + j] = law.force.deflection * rows.acts[index][j];
-                    rate[m + j] = law.force.rate * rows.acts[index][j];
+                    value[m + j] = law.force.deflection * rows.force_rows[index][j];
+                    rate[m + j] = law.force.rate * rows.force_rows[index][j];
                 }
                 if let Some(inner) = &law.inner {
                     rate[2 * m + inner_before(model, index)] = -inner.imposed;

@@ -1,4 +1,4 @@
-//! Cache of regime systems, keyed by the states of the switching elements.
+//! Regime cache: regime systems keyed by the states of the switching elements.
 
 use std::rc::Rc;
 
@@ -12,36 +12,36 @@ use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw};
 
-/// Bytes of a regime system by the square of its coordinates, measured at thirty.
+/// Bytes of a regime system per squared number of coordinates, measured at 30 coordinates.
 const BYTES_PER_ENTRY: usize = 500;
 
-/// Bytes that all regime systems of a run may take together: a train of thirty coordinates keeps three hundred.
+/// Default capacity of the cache of a run, bytes: about 300 systems of 30 coordinates.
 pub const MAX_BYTES: usize = 1 << 27;
 
 /// Regime systems built so far, keyed by the states of contacts and friction.
 pub struct RegimeCache {
-    /// Branches with more than one state.
+    /// Indices of the elements with more than one state.
     switching: Vec<usize>,
-    /// States of these branches, of every system.
+    /// States of the switching elements of each system.
     contact_states: Vec<Vec<ElementState>>,
     systems: Vec<RegimeSystem>,
-    /// Index of the linear system of each.
+    /// Index of the linear system of each regime system.
     linear_index: Vec<usize>,
     linears: Vec<Rc<LinearSystem>>,
-    /// Propagator cache of every linear system.
+    /// Propagator cache of each linear system.
     caches: Vec<PropagatorCache>,
-    /// Systems built, those that were dropped among them.
+    /// Number of systems built, evicted ones included.
     built: u64,
     capacity: usize,
 }
 
 impl RegimeCache {
-    /// None yet; together they may take so many bytes, but one is always kept.
-    pub fn new(model: &DynamicModel, room: usize) -> RegimeCache {
+    /// Empty cache with a capacity of `max_bytes`; it holds at least one system.
+    pub fn new(model: &DynamicModel, max_bytes: usize) -> RegimeCache {
         let switches = |law: &ForceLaw| matches!(law, ForceLaw::Contact(_) | ForceLaw::Friction(_));
-        let branches = 0..model.elements.len();
+        let elements = 0..model.elements.len();
         RegimeCache {
-            switching: branches
+            switching: elements
                 .filter(|&b| switches(&model.elements[b].law))
                 .collect(),
             contact_states: Vec::new(),
@@ -50,114 +50,114 @@ impl RegimeCache {
             linears: Vec::new(),
             caches: Vec::new(),
             built: 0,
-            capacity: (room
+            capacity: (max_bytes
                 / (BYTES_PER_ENTRY * model.coordinate_count() * model.coordinate_count()).max(1))
             .max(1),
         }
     }
 
-    /// Systems built so far.
+    /// Number of systems built so far, evicted ones included.
     pub fn built_count(&self) -> u64 {
         self.built
     }
 
-    /// A system.
-    pub fn system(&self, place: usize) -> &RegimeSystem {
-        &self.systems[place]
+    /// Regime system by index.
+    pub fn system(&self, index: usize) -> &RegimeSystem {
+        &self.systems[index]
     }
 
-    /// The same, mutable.
-    pub fn system_mut(&mut self, place: usize) -> &mut RegimeSystem {
-        &mut self.systems[place]
+    /// Mutable regime system by index.
+    pub fn system_mut(&mut self, index: usize) -> &mut RegimeSystem {
+        &mut self.systems[index]
     }
 
-    /// A system and the propagators kept of its linear part.
-    pub fn with_propagators(&mut self, place: usize) -> (&RegimeSystem, &mut PropagatorCache) {
+    /// Regime system with the propagator cache of its linear system.
+    pub fn with_propagators(&mut self, index: usize) -> (&RegimeSystem, &mut PropagatorCache) {
         (
-            &self.systems[place],
-            &mut self.caches[self.linear_index[place]],
+            &self.systems[index],
+            &mut self.caches[self.linear_index[index]],
         )
     }
 
-    /// Drops all systems where they fill their room, but that whose switching surface was just crossed; returns its new index.
+    /// Evicts all systems of a full cache except the one whose switching surface was just crossed; returns that surface with the new index.
     pub fn evict(&mut self, crossed: Option<(usize, usize)>) -> Option<(usize, usize)> {
         if self.systems.len() < self.capacity {
             return crossed;
         }
-        let old = std::mem::take(&mut self.systems);
-        let (states, kinds) = (
+        let systems = std::mem::take(&mut self.systems);
+        let (states, linear_index) = (
             std::mem::take(&mut self.contact_states),
             std::mem::take(&mut self.linear_index),
         );
         let linears = std::mem::take(&mut self.linears);
         self.caches.clear();
         let (at, event) = crossed?;
-        let machines = old.into_iter().zip(states).zip(kinds);
-        let ((system, states), kind) = machines.into_iter().nth(at)?;
+        let entries = systems.into_iter().zip(states).zip(linear_index);
+        let ((system, states), linear) = entries.into_iter().nth(at)?;
         self.systems.push(system);
         self.contact_states.push(states);
         self.linear_index.push(0);
-        self.linears.push(Rc::clone(&linears[kind]));
+        self.linears.push(Rc::clone(&linears[linear]));
         self.caches.push(PropagatorCache::default());
         Some((0, event))
     }
 
-    /// Index of the system with these states; it is built where there is none.
+    /// Index of the system with these states of the elements; a missing system is built.
     ///
     /// # Errors
-    /// Numbers out of range; oscillations whose phase is lost.
+    /// Those of the linear system; `BudgetExceeded` for oscillations whose phase is lost.
     pub fn index_of(
         &mut self,
         context: &RunContext,
         states: &[ElementState],
     ) -> Result<usize, Error> {
-        let own = || self.switching.iter().map(|&b| &states[b]);
-        let is_it = |known: &Vec<ElementState>| own().eq(known);
-        if let Some(place) = self.contact_states.iter().position(is_it) {
-            return Ok(place);
+        let key = || self.switching.iter().map(|&b| &states[b]);
+        let matches = |known: &Vec<ElementState>| key().eq(known);
+        if let Some(index) = self.contact_states.iter().position(matches) {
+            return Ok(index);
         }
         let laws = context.model.elements.iter().zip(states);
         let laws: Vec<LinearLaw> = laws
             .map(|(b, s)| linear_law(b, *s))
             .collect::<Result<_, _>>()?;
-        let kind = match self.linears.iter().position(|known| known.matches(&laws)) {
-            Some(kind) => kind,
+        let linear = match self.linears.iter().position(|known| known.matches(&laws)) {
+            Some(linear) => linear,
             None => {
                 let linear_model = LinearSystem::new(context, &laws)?;
-                let turned = linear_model.parts.max_phase(context.span);
-                check_phase("the fastest oscillation", turned, context.span)?;
+                let phase = linear_model.parts.max_phase(context.span);
+                check_phase("the fastest oscillation", phase, context.span)?;
                 self.linears.push(Rc::new(linear_model));
                 self.caches.push(PropagatorCache::default());
                 self.linears.len() - 1
             }
         };
-        let linear_model = Rc::clone(&self.linears[kind]);
+        let linear_model = Rc::clone(&self.linears[linear]);
         let system = RegimeSystem::new(context, linear_model, &laws, states)?;
-        self.contact_states.push(own().copied().collect());
+        self.contact_states.push(key().copied().collect());
         self.systems.push(system);
-        self.linear_index.push(kind);
+        self.linear_index.push(linear);
         self.built += 1;
         Ok(self.systems.len() - 1)
     }
 }
 
-/// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
+/// Phase, rad, above which rounding exceeds 0.01 rad.
 const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
 
-/// Refuses what turns so often over a span, s, that double precision keeps nothing of its phase.
+/// Checks that double precision resolves the phase, rad, that an oscillation accumulates over a span, s.
 ///
 /// # Errors
-/// `BudgetExceeded`.
-pub fn check_phase(what: &str, turned: f64, span: f64) -> Result<(), Error> {
-    match turned < PHASE_LOST {
+/// `BudgetExceeded` for a phase above 0.01/ε.
+pub fn check_phase(what: &str, phase: f64, span: f64) -> Result<(), Error> {
+    match phase < PHASE_LOST {
         true => Ok(()),
         false => {
             let message = format!(
-                "in {} {what} turns through {turned:.1e} rad, of which double precision keeps no phase",
+                "in {} {what} turns through {phase:.1e} rad, whose phase is lost in double precision",
                 format_time(span)
             );
             Err(Error::new(Code::BudgetExceeded, message).with_hint(
-                "request a shorter time; make what is so stiff rigid, or give it damping",
+                "request a shorter time; make the stiffest element rigid, or give it damping",
             ))
         }
     }

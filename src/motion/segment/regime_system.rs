@@ -17,12 +17,12 @@ use crate::motion::dynamic_model::{ElementState, ForceLaw};
 use crate::motion::friction::FrictionState;
 use crate::numeric::Complex;
 
-/// A machine in one regime.
+/// Linear system of a model in one regime, with its inputs and event functions.
 #[derive(Debug)]
 pub struct RegimeSystem {
     /// Linear system shared with other regimes.
     pub linear: Rc<LinearSystem>,
-    /// Constant push on σ.
+    /// Constant input of σ.
     constant: Vec<f64>,
     /// Present load.
     pub load: PieceLoad,
@@ -30,15 +30,15 @@ pub struct RegimeSystem {
     pub events: Vec<EventFunction>,
     /// Evaluators of the event functions.
     pub evaluators: Vec<EventEvaluator>,
-    /// Which non-oscillatory parts no evaluator depends on.
+    /// True for the non-oscillatory parts that no evaluator depends on.
     pub unused_parts: Vec<bool>,
 }
 
 impl RegimeSystem {
-    /// System of a regime, whose branches are held by `laws`.
+    /// System of a regime with the linear laws of its branches.
     ///
     /// # Errors
-    /// Numbers out of range.
+    /// Overflow of an event function.
     pub fn new(
         context: &RunContext,
         linear_model: Rc<LinearSystem>,
@@ -48,7 +48,7 @@ impl RegimeSystem {
         let mut evaluators = Vec::new();
         let events = linear_model.events(context, laws, states, &mut evaluators)?;
         let parts = &linear_model.parts;
-        let unseen = match parts.is_resonant() {
+        let unused = match parts.is_resonant() {
             true => vec![false; parts.others.len()],
             false => prune_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.others),
         };
@@ -57,22 +57,21 @@ impl RegimeSystem {
             load: PieceLoad::default(),
             events,
             evaluators,
-            unused_parts: unseen,
+            unused_parts: unused,
             linear: linear_model,
         })
     }
 
-    /// Takes up the lines that carry the inputs now.
+    /// Updates the load to the active pieces of the inputs.
     pub fn set_pieces(&mut self, inputs: &KnownInputs, pieces: &[u32]) {
         if self.load.push.is_empty() || !self.load.matches(pieces) {
-            let own = (&*self.linear, &self.constant[..]);
-            self.load = PieceLoad::new(inputs, pieces, own, &self.events);
+            let system = (&*self.linear, &self.constant[..]);
+            self.load = PieceLoad::new(inputs, pieces, system, &self.events);
         }
     }
 }
 
 impl LinearSystem {
-    /// Event functions of every branch state.
     fn events(
         &self,
         context: &RunContext,
@@ -80,15 +79,15 @@ impl LinearSystem {
         states: &[ElementState],
         evaluators: &mut Vec<EventEvaluator>,
     ) -> Result<Vec<EventFunction>, Error> {
-        let mut found = Vec::new();
-        for (at, branch) in context.model.elements.iter().enumerate() {
-            match (&branch.law, states[at]) {
+        let mut events = Vec::new();
+        for (i, branch) in context.model.elements.iter().enumerate() {
+            match (&branch.law, states[i]) {
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
                     let factor = branch.factor(0.0, &[], piece).0;
                     for (affine, to) in contact.switching_functions(state, factor) {
                         let kind = EventQuantity::Deflection(affine);
                         let next = ElementState::Contact(to, piece);
-                        found.push(self.event(context, (at, kind, next), evaluators));
+                        events.push(self.event(context, (i, kind, next), evaluators));
                     }
                 }
                 (ForceLaw::Friction(_), ElementState::Friction(slip))
@@ -100,22 +99,22 @@ impl LinearSystem {
                     };
                     let kind = EventQuantity::Deflection(affine);
                     let next = ElementState::Friction(FrictionState::Stick);
-                    found.push(self.event(context, (at, kind, next), evaluators));
+                    events.push(self.event(context, (i, kind, next), evaluators));
                 }
                 (ForceLaw::Friction(friction), ElementState::Friction(_)) => {
-                    let Some(hold) = &self.stick else { continue };
+                    let Some(stick) = &self.stick else { continue };
                     for slip in [FrictionState::Forward, FrictionState::Backward] {
-                        let held =
-                            hold.breakaway_reserve(context, laws, at, friction.breakaway, slip)?;
+                        let reserve =
+                            stick.breakaway_reserve(context, laws, i, friction.breakaway, slip)?;
                         let next = ElementState::Friction(slip);
-                        let kind = EventQuantity::Reaction(held);
-                        found.push(self.event(context, (at, kind, next), evaluators));
+                        let kind = EventQuantity::Reaction(reserve);
+                        events.push(self.event(context, (i, kind, next), evaluators));
                     }
                 }
                 _ => {}
             }
         }
-        Ok(found)
+        Ok(events)
     }
 
     fn event(
@@ -125,38 +124,39 @@ impl LinearSystem {
         evaluators: &mut Vec<EventEvaluator>,
     ) -> EventFunction {
         let (m, len) = (self.modes.count(), self.modal_parts.count());
-        let seen = &self.rows;
+        let rows = &self.rows;
         let mut modal = vec![0.0; 2 * m + context.model.internal_count()];
         let mut direct: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         let (constant, dense) = match &kind {
             EventQuantity::Deflection(affine) => {
                 for j in 0..m {
-                    modal[j] = affine.deflection * seen.sees[branch][j];
-                    modal[m + j] = affine.rate * seen.sees[branch][j];
+                    modal[j] = affine.deflection * rows.deflection_rows[branch][j];
+                    modal[m + j] = affine.rate * rows.deflection_rows[branch][j];
                 }
-                let own = |input: &KnownInput| input.entry == InputTarget::Imposed(branch);
-                if let Some(at) = context.inputs.list.iter().position(own) {
-                    direct.insert(at, [-affine.deflection, -affine.rate]);
+                let is_imposed = |input: &KnownInput| input.entry == InputTarget::Imposed(branch);
+                if let Some(i) = context.inputs.list.iter().position(is_imposed) {
+                    direct.insert(i, [-affine.deflection, -affine.rate]);
                 }
                 let dense = self.stick.as_ref().map(|_| {
                     let w = to_dense(
                         &context.model.elements[branch].direction,
                         context.model.coordinate_count(),
                     );
-                    let times = |a: f64| w.iter().map(|w| a * w).collect::<Vec<f64>>();
-                    [times(affine.deflection), times(affine.rate)]
+                    let scale = |a: f64| w.iter().map(|w| a * w).collect::<Vec<f64>>();
+                    [scale(affine.deflection), scale(affine.rate)]
                 });
                 (affine.constant, dense)
             }
-            EventQuantity::Reaction(held) => {
+            EventQuantity::Reaction(reserve) => {
                 for j in 0..m {
                     let shape = self.modes.shapes.col_as_slice(j);
-                    modal[j] = dot(&held.place, shape);
-                    modal[m + j] = dot(&held.rate, shape);
+                    modal[j] = dot(&reserve.displacement, shape);
+                    modal[m + j] = dot(&reserve.velocity, shape);
                 }
-                modal[2 * m..].copy_from_slice(&held.inner);
-                direct.extend(held.direct.iter().copied());
-                (held.constant, Some([held.place.clone(), held.rate.clone()]))
+                modal[2 * m..].copy_from_slice(&reserve.inner);
+                direct.extend(reserve.direct.iter().copied());
+                let weights = [reserve.displacement.clone(), reserve.velocity.clone()];
+                (reserve.constant, Some(weights))
             }
         };
         let row = self.transform.row(&modal, len);
@@ -164,35 +164,35 @@ impl LinearSystem {
         let phasors = context.inputs.frequencies.iter().enumerate();
         let phasors = phasors.map(|(f, &omega)| {
             let s = Complex::new(0.0, omega);
-            let along = |of: &[Complex]| {
-                let both = row.iter().zip(of);
-                both.fold(Complex::ZERO, |sum, (c, x)| sum + x * *c)
+            let project = |vector: &[Complex]| {
+                let pairs = row.iter().zip(vector);
+                pairs.fold(Complex::ZERO, |sum, (c, x)| sum + x * *c)
             };
-            let fed = direct
+            let input_part = direct
                 .iter()
                 .fold(Complex::ZERO, |sum, (&input, [value, rate])| {
-                    let own = context.inputs.list[input].harmonics.iter();
-                    own.filter(|(at, _)| *at == f)
+                    let list = context.inputs.list[input].harmonics.iter();
+                    list.filter(|(i, _)| *i == f)
                         .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
                 });
-            let value = along(&self.steady[f]) + fed;
-            [value, value * s + along(&self.residual_pushes[f])]
+            let value = project(&self.steady[f]) + input_part;
+            [value, value * s + project(&self.residual_inputs[f])]
         });
         let phasors: Vec<[Complex; 2]> = phasors.collect();
-        let turning = |which: usize| {
+        let real_parts = |which: usize| {
             phasors
                 .iter()
                 .flat_map(move |p| [p[which].re, -p[which].im])
         };
         let sizes = phasors.iter().map(|[p, _]| p.norm());
         let sizes: Vec<f64> = sizes.chain(self.modal_parts.part_sizes(&row)).collect();
-        let rate: Vec<f64> = turning(1).chain(rate).collect();
-        let row: Vec<f64> = turning(0).chain(row.iter().copied()).collect();
-        let own = EventEvaluator::new(&self.parts.eigenvalues, &row, &rate, &sizes);
-        let alike = evaluators.iter().map(|known| own.sign(known)).enumerate();
-        let alike = alike.filter_map(|(at, sign)| Some((at, sign?))).next();
-        let (evaluator, sign) = alike.unwrap_or_else(|| {
-            evaluators.push(own);
+        let rate: Vec<f64> = real_parts(1).chain(rate).collect();
+        let row: Vec<f64> = real_parts(0).chain(row.iter().copied()).collect();
+        let new = EventEvaluator::new(&self.parts.eigenvalues, &row, &rate, &sizes);
+        let duplicate = evaluators.iter().map(|known| new.sign(known)).enumerate();
+        let duplicate = duplicate.filter_map(|(i, sign)| Some((i, sign?))).next();
+        let (evaluator, sign) = duplicate.unwrap_or_else(|| {
+            evaluators.push(new);
             (evaluators.len() - 1, 1.0)
         });
         EventFunction {

@@ -1,4 +1,4 @@
-//! Integration run of a piecewise linear model: regimes, switches, time events, samples.
+//! Integration run of a piecewise linear model: regimes, state events, time events, samples.
 
 use super::double_time::DoubleTime;
 use super::event_search::{EventSearch, LocatedEvent, SearchOutcome};
@@ -17,38 +17,38 @@ use crate::motion::friction::FrictionState;
 use crate::motion::problem::{DenseOutput, IntegrationOptions, IntegrationStats, SampleSink};
 use crate::motion::progress::check_budget;
 
-/// Switches within a few rounding errors of one instant beyond which they will not end.
+/// Number of events within rounding of one instant above which the run is rejected.
 const MAX_SIMULTANEOUS: u32 = 200;
 
-/// Samples in one segment from which on they are reached by equal strides.
+/// Number of samples in a segment from which on a propagator over the sample interval is used.
 const BATCH_SAMPLES: f64 = 8.0;
 
-/// Segments between two looks at whether the run is to end.
+/// Number of segments between two checks of the budget and of cancellation.
 const CHECK_INTERVAL: u64 = 16;
 
-/// Runs a machine that is linear between switches; the machines of the regimes it meets are kept while they fill `room`, in bytes.
+/// Integrates a model that is linear between events; the regime cache holds at most `max_bytes`.
 ///
 /// # Errors
-/// A machine that is not; no convergence; a budget spent; switches that pile up at an instant.
+/// Errors for a model that is not piecewise linear, no convergence, an exceeded budget, an accumulation of events, and overflow.
 pub fn run(
     model: &DynamicModel,
     options: &IntegrationOptions,
-    room: usize,
+    max_bytes: usize,
     sink: &mut SampleSink,
 ) -> Result<IntegrationStats, Error> {
     let span = options.to - options.from;
-    let driven = model.harmonics().fold(0.0, f64::max);
-    check_phase("the fastest that acts", driven * span, span)?;
+    let omega_max = model.harmonics().fold(0.0, f64::max);
+    check_phase("the fastest excitation", omega_max * span, span)?;
     let context = RunContext::new(model, span)?;
-    let mut timing = TimeEvents::new(model, options.from)?;
+    let mut time_events = TimeEvents::new(model, options.from)?;
     let mut regime = model.regime(options.from, &options.initial_state);
-    for (branch, piece) in timing.pieces() {
-        if let ElementState::Contact(stand, _) = regime.states[branch] {
-            regime.states[branch] = ElementState::Contact(stand, piece);
+    for (branch, piece) in time_events.pieces() {
+        if let ElementState::Contact(state, _) = regime.states[branch] {
+            regime.states[branch] = ElementState::Contact(state, piece);
         }
     }
     model.release_overloaded(&mut regime, options.from, &options.initial_state);
-    let mut journey = IntegrationRun {
+    let mut run = IntegrationRun {
         context: &context,
         options,
         now: DoubleTime::new(options.from),
@@ -60,101 +60,101 @@ pub fn run(
         event_counts: vec![0; model.elements.len()],
         simultaneous: (options.from, 0),
     };
-    let mut cache = RegimeCache::new(model, room);
-    let mut flight = SegmentTrajectory::default();
+    let mut cache = RegimeCache::new(model, max_bytes);
+    let mut trajectory = SegmentTrajectory::default();
     let mut search = EventSearch::default();
     let mut next = vec![0.0; options.initial_state.len()];
-    let mut ticks = Vec::new();
+    let mut due_events = Vec::new();
     let mut crossed: Option<(usize, usize)> = None;
     loop {
-        if journey.stats.steps.is_multiple_of(CHECK_INTERVAL) {
+        if run.stats.steps.is_multiple_of(CHECK_INTERVAL) {
             if options.cancel.should_stop() {
-                return Ok(journey.stats);
+                return Ok(run.stats);
             }
-            check_budget(options, &journey.stats, journey.now.high)
-                .map_err(|e| diagnostics::with_most_switched(e, model, &journey.event_counts))?;
+            check_budget(options, &run.stats, run.now.high)
+                .map_err(|e| diagnostics::with_most_switched(e, model, &run.event_counts))?;
         }
         crossed = cache.evict(crossed);
-        let place = cache.index_of(&context, &journey.regime.states)?;
-        journey.stats.regimes = cache.built_count();
-        journey.stats.steps += 1;
+        let index = cache.index_of(&context, &run.regime.states)?;
+        run.stats.regimes = cache.built_count();
+        run.stats.steps += 1;
         cache
-            .system_mut(place)
-            .set_pieces(&context.inputs, &journey.regime.pieces);
-        let system = cache.system(place);
-        let known = timing.next_time(&journey.regime.pieces, |branch| {
-            journey.wave_matters(branch)
-        });
-        let end = known.min(options.to);
-        let span = journey.now.until(end).max(0.0);
+            .system_mut(index)
+            .set_pieces(&context.inputs, &run.regime.pieces);
+        let system = cache.system(index);
+        let next_event =
+            time_events.next_time(&run.regime.pieces, |branch| run.wave_matters(branch));
+        let end = next_event.min(options.to);
+        let span = run.now.until(end).max(0.0);
         let from = crossed.map(|(system, event)| &cache.system(system).events[event]);
-        flight.start(
+        trajectory.start(
             &context,
             system,
-            (journey.now, &journey.regime.pieces),
-            &journey.y,
+            (run.now, &run.regime.pieces),
+            &run.y,
             span,
             from,
         );
-        let (system, ladder) = cache.with_propagators(place);
-        let effort = (&mut journey.stats, options);
-        let ahead = (journey.now.high, span);
-        let found = search
-            .next_event(system, ladder, &mut flight, ahead, effort)
-            .map_err(|e| diagnostics::with_most_switched(e, model, &journey.event_counts))?;
-        let reached = match found {
+        let (system, propagators) = cache.with_propagators(index);
+        let budget = (&mut run.stats, options);
+        let ahead = (run.now.high, span);
+        let outcome = search
+            .next_event(system, propagators, &mut trajectory, ahead, budget)
+            .map_err(|e| diagnostics::with_most_switched(e, model, &run.event_counts))?;
+        let reached = match outcome {
             SearchOutcome::NoEvent => None,
             SearchOutcome::Reached(reached) => Some(reached),
-            SearchOutcome::Cancelled => return Ok(journey.stats),
+            SearchOutcome::Cancelled => return Ok(run.stats),
         };
         let tau = reached.map_or(span, |reached| reached.tau);
         let last = reached.is_none() && end >= options.to;
         if !last {
-            flight.move_to(system, tau);
-            flight.state(system, &mut next);
+            trajectory.move_to(system, tau);
+            trajectory.state(system, &mut next);
         }
         if options.observer.is_set() {
-            let now = journey.now;
+            let now = run.now;
             options.observer.observe(DenseOutput {
                 from: now.high,
                 to: now.high + tau,
                 time_scale: system.linear.parts.time_scale(),
-                regime: Some(&journey.regime),
+                regime: Some(&run.regime),
                 state: &mut |t, y| match now.until(t) {
                     ahead if ahead > 0.0 => {
-                        flight.move_to(system, ahead.min(tau));
-                        flight.state(system, y);
+                        trajectory.move_to(system, ahead.min(tau));
+                        trajectory.state(system, y);
                     }
-                    _ => y.copy_from_slice(&journey.y),
+                    _ => y.copy_from_slice(&run.y),
                 },
             });
         }
-        if journey.emit_samples(system, &mut flight, (tau, last), sink) || last {
-            return Ok(journey.stats);
+        if run.emit_samples(system, &mut trajectory, (tau, last), sink) || last {
+            return Ok(run.stats);
         }
         if tau > 0.0 {
-            std::mem::swap(&mut journey.y, &mut next);
+            std::mem::swap(&mut run.y, &mut next);
         }
         match reached {
             Some(reached) => {
-                journey.now = journey.now.after(tau);
-                journey.apply_switch(system, reached, &mut timing)?;
-                crossed = Some((place, reached.event));
+                run.now = run.now.after(tau);
+                run.apply_switch(system, reached, &mut time_events)?;
+                crossed = Some((index, reached.event));
             }
             None => {
-                journey.now = DoubleTime::new(end);
-                timing.advance(&journey.regime.pieces, end, &mut ticks);
-                journey.apply_time_events(&ticks);
+                run.now = DoubleTime::new(end);
+                time_events.advance(&run.regime.pieces, end, &mut due_events);
+                run.apply_time_events(&due_events);
                 crossed = None;
             }
         }
-        if journey.y.iter().any(|y| !y.is_finite()) {
+        if run.y.iter().any(|y| !y.is_finite()) {
             let message = format!(
-                "the motion leaves the range of numbers at t = {}",
+                "the solution diverged (overflow) at t = {}",
                 format_instant(end)
             );
-            return Err(Error::new(Code::Overflow, message)
-                .with_hint("check whether the machine is unstable"));
+            return Err(
+                Error::new(Code::Overflow, message).with_hint("check the stability of the machine")
+            );
         }
     }
 }
@@ -166,35 +166,36 @@ struct IntegrationRun<'a> {
     y: Vec<f64>,
     regime: Regime,
     stats: IntegrationStats,
-    /// The next sample, and a time before which it is not due.
+    /// Index of the next sample, and a time, s, before which it is not due.
     sample: usize,
     due: f64,
-    /// Events of every branch.
+    /// Number of events of each element.
     event_counts: Vec<u64>,
-    /// An instant, and how many events came within rounding of it.
+    /// Instant, s, and the number of events within rounding of it.
     simultaneous: (f64, u32),
 }
 
 impl IntegrationRun<'_> {
-    /// Whether the wave of a branch has an effect in its present state.
+    /// Whether the stiffness wave of an element has an effect in its present state.
     fn wave_matters(&self, branch: usize) -> bool {
-        let stand = self.regime.states[branch];
-        !matches!(stand, ElementState::Contact(ContactState::Open, _))
+        let state = self.regime.states[branch];
+        !matches!(state, ElementState::Contact(ContactState::Open, _))
     }
 
-    /// Delivers the samples up to τ; true where the run is to end early.
+    /// Emits the samples of the segment up to its length `tau`, s; `true` ends the run early.
     fn emit_samples(
         &mut self,
         system: &RegimeSystem,
-        flight: &mut SegmentTrajectory,
+        trajectory: &mut SegmentTrajectory,
         (tau, last): (f64, bool),
         sink: &mut SampleSink,
     ) -> bool {
         if self.now.until(self.due) >= tau && !last {
             return false;
         }
-        let usual = (self.options.to - self.options.from) / self.options.samples.max(1) as f64;
-        let stride = (tau > BATCH_SAMPLES * usual).then(|| system.linear.parts.propagator(usual));
+        let interval = (self.options.to - self.options.from) / self.options.samples.max(1) as f64;
+        let propagator =
+            (tau > BATCH_SAMPLES * interval).then(|| system.linear.parts.propagator(interval));
         let mut times = [0.0; BLOCK];
         while self.sample <= self.options.samples {
             if self.options.cancel.should_stop() {
@@ -225,42 +226,39 @@ impl IntegrationRun<'_> {
             let (options, first) = (self.options, self.sample);
             self.sample += count;
             let regime = Some(&self.regime);
-            let mut give =
+            let mut emit =
                 |at: usize, y: &[f64]| sink(options.time(first + at), y, regime).is_break();
-            if flight.states(system, stride.as_ref(), &times[..count], &mut give) {
+            if trajectory.states(system, propagator.as_ref(), &times[..count], &mut emit) {
                 return true;
             }
         }
         false
     }
 
-    /// Applies the state beyond a switching surface that was reached.
+    /// Sets the state beyond the switching surface of a located event.
     fn apply_switch(
         &mut self,
         system: &RegimeSystem,
         reached: LocatedEvent,
-        timing: &mut TimeEvents,
+        time_events: &mut TimeEvents,
     ) -> Result<(), Error> {
         let event = &system.events[reached.event];
         self.stats.events += 1;
         self.event_counts[event.branch] += 1;
-        // While it stood open its wave went on unheeded.
-        let piece = timing.piece(event.branch, self.now.high);
+        // The piece of the stiffness wave was not updated while the contact was open.
+        let piece = time_events.piece(event.branch, self.now.high);
         self.regime.states[event.branch] = match (event.to, piece) {
             (ElementState::Contact(state, _), Some(piece)) => ElementState::Contact(state, piece),
             (to, _) => to,
         };
-        let near = 64.0 * f64::EPSILON * self.now.high.abs().max(self.context.span);
-        self.simultaneous = match (self.now.high - self.simultaneous.0).abs() <= near {
+        let rounding = 64.0 * f64::EPSILON * self.now.high.abs().max(self.context.span);
+        self.simultaneous = match (self.now.high - self.simultaneous.0).abs() <= rounding {
             true => (self.simultaneous.0, self.simultaneous.1 + 1),
             false => (self.now.high, 0),
         };
         if self.simultaneous.1 > MAX_SIMULTANEOUS {
             let name = &self.context.model.elements[event.branch].name;
-            let message = format!(
-                "`{name}` switches without end at t = {}",
-                format_instant(self.now.high)
-            );
+            let message = format!("`{name}` chatters at t = {}", format_instant(self.now.high));
             return Err(Error::new(Code::NoConvergence, message).with_hint(
                 "give it some damping, or take a method that does not locate switches",
             ));
@@ -271,16 +269,16 @@ impl IntegrationRun<'_> {
         Ok(())
     }
 
-    /// Applies events at known times: lines, waves, and the states that changed with them.
-    fn apply_time_events(&mut self, ticks: &[TimeEvent]) {
+    /// Applies time events: new pieces of signals and waves, and the element states that change with them.
+    fn apply_time_events(&mut self, events: &[TimeEvent]) {
         let model = self.context.model;
-        let turned = |tick: &TimeEvent| matches!(tick, TimeEvent::Piece(..));
-        let before = match ticks.iter().any(turned) {
+        let is_piece = |event: &TimeEvent| matches!(event, TimeEvent::Piece(..));
+        let before = match events.iter().any(is_piece) {
             true => self.regime.pieces.clone(),
             false => Vec::new(),
         };
-        for tick in ticks {
-            match *tick {
+        for event in events {
+            match *event {
                 TimeEvent::Piece(at, piece) => self.regime.pieces[at] = piece,
                 TimeEvent::Wave(branch, piece) => {
                     if let ElementState::Contact(state, _) = self.regime.states[branch] {
@@ -289,8 +287,8 @@ impl IntegrationRun<'_> {
                 }
             }
         }
-        for tick in ticks {
-            let branch = match *tick {
+        for event in events {
+            let branch = match *event {
                 TimeEvent::Piece(at, _) => at.checked_sub(model.forces.len()),
                 TimeEvent::Wave(branch, _) => Some(branch),
             };
@@ -301,7 +299,7 @@ impl IntegrationRun<'_> {
         model.release_overloaded(&mut self.regime, self.now.high, &self.y);
     }
 
-    /// Updates the state of a branch whose wave or imposed motion jumped.
+    /// Updates the state of an element after a jump of its wave or imposed displacement.
     fn update_state(&mut self, branch: usize, before: &[u32]) {
         let model = self.context.model;
         let (n, t) = (model.coordinate_count(), self.now.high);
@@ -311,9 +309,9 @@ impl IntegrationRun<'_> {
         let (delta, rate) = b.deflection(t, q, v, piece);
         const ROUNDING_TOLERANCE: f64 = 64.0 * f64::EPSILON;
         let next = match (&b.law, self.regime.states[branch]) {
-            (ForceLaw::Contact(contact), ElementState::Contact(state, of_wave)) => {
-                let factor = b.factor(t, q, of_wave).0;
-                let holds = contact
+            (ForceLaw::Contact(contact), ElementState::Contact(state, wave_piece)) => {
+                let factor = b.factor(t, q, wave_piece).0;
+                let valid = contact
                     .switching_functions(state, factor)
                     .iter()
                     .all(|(event, _)| {
@@ -322,19 +320,19 @@ impl IntegrationRun<'_> {
                             + (event.rate * rate).abs();
                         event.value_at(delta, rate) >= -ROUNDING_TOLERANCE * size
                     });
-                match holds {
+                match valid {
                     true => return,
-                    false => ElementState::Contact(contact.state(delta, rate, factor), of_wave),
+                    false => ElementState::Contact(contact.state(delta, rate, factor), wave_piece),
                 }
             }
             (ForceLaw::Friction(_), ElementState::Friction(_)) => {
-                let was = before[model.forces.len() + branch];
+                let previous = before[model.forces.len() + branch];
                 let slope = |piece: u32| {
                     b.imposed_displacement
                         .as_ref()
                         .map_or(0.0, |e| e.slope(t, piece as usize))
                 };
-                if slope(was) == slope(piece.imposed) {
+                if slope(previous) == slope(piece.imposed) {
                     return;
                 }
                 ElementState::Friction(match rate {

@@ -35,11 +35,11 @@ impl RunContext<'_> {
                 && !e.harmonics.is_empty()
             {
                 let message = format!(
-                    "`{}` is dry friction against a motion that is imposed as a harmonic",
+                    "`{}` has dry friction against a harmonic prescribed motion",
                     branch.name
                 );
                 return Err(Error::new(Code::OutOfRange, message)
-                    .with_hint("impose it by straight lines, or take a method that steps"));
+                    .with_hint("prescribe it piecewise linearly, or take a time-stepping method"));
             }
         }
         Ok(RunContext {

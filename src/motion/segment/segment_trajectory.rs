@@ -21,7 +21,7 @@ pub struct SegmentTrajectory {
     /// When it started, s.
     pub epoch: f64,
     /// Longest horizon of the bounds in one evaluation, s.
-    pub reach: f64,
+    pub max_horizon: f64,
     push: [Vec<f64>; 2],
     given: Vec<f64>,
     carried: Vec<f64>,
@@ -86,7 +86,7 @@ impl SegmentTrajectory {
         let n = context.model.coordinate_count();
         let growth = system.linear.parts.growth;
         self.epoch = now.high;
-        self.reach = match growth > 0.0 {
+        self.max_horizon = match growth > 0.0 {
             true => span.min(std::f64::consts::LN_2 / growth),
             false => span,
         };
@@ -138,9 +138,9 @@ impl SegmentTrajectory {
             hold.imposed_velocity(slope, rate);
             let (b0, b1) = (&mut b0[first..], &mut b1[first..]);
             for k in 0..n {
-                axpy(b0, place[k], hold.from_place.col_as_slice(k));
-                axpy(b0, rate[k], hold.from_rate.col_as_slice(k));
-                axpy(b1, rate[k], hold.from_place.col_as_slice(k));
+                axpy(b0, place[k], hold.from_displacement.col_as_slice(k));
+                axpy(b0, rate[k], hold.from_velocity.col_as_slice(k));
+                axpy(b1, rate[k], hold.from_displacement.col_as_slice(k));
             }
         }
         let [b0, b1] = &self.push;
@@ -281,7 +281,7 @@ impl SegmentTrajectory {
     /// The state y where the motion is.
     pub fn state(&mut self, system: &RegimeSystem, y: &mut [f64]) {
         self.trajectory
-            .update_unseen(&system.linear.parts, &system.unused_parts);
+            .update_unused(&system.linear.parts, &system.unused_parts);
         system.linear.from_parts.mul_vec(&self.trajectory.sigma, y);
         self.keep(system, self.trajectory.tau, y);
     }
@@ -320,7 +320,7 @@ impl SegmentTrajectory {
                 Some(stride) if at > 0 => self.trajectory.advance(parts, unseen, stride, tau),
                 _ => self.trajectory.move_to(parts, unseen, tau),
             }
-            self.trajectory.update_unseen(parts, unseen);
+            self.trajectory.update_unused(parts, unseen);
             let column = block.sigma.col_as_slice_mut(at);
             column.copy_from_slice(&self.trajectory.sigma);
         }

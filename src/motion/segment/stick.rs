@@ -1,4 +1,4 @@
-//! Stick constraints: velocity kept by sticking pairs, and their constraint forces.
+//! Stick constraints `W q̇ = ė`: velocity imposed by sticking pairs, and their constraint forces λ.
 
 use super::inputs::InputTarget;
 use super::linear_law::LinearLaw;
@@ -10,56 +10,56 @@ use crate::motion::friction::FrictionState;
 use crate::numeric::vector_ops::axpy;
 use crate::numeric::{Matrix, symmetric};
 
-/// Pairs that stick.
+/// Constraint of the sticking friction pairs.
 #[derive(Debug)]
 pub struct StickConstraint {
-    /// Their branches.
-    stuck: Vec<usize>,
-    /// `M⁻¹Wᵀ(W M⁻¹Wᵀ)⁺`, a column for each: the rates of q that they are carried along with.
-    carried: Matrix,
-    /// `(W M⁻¹Wᵀ)⁺ W M⁻¹`, a row for each: what they hold per force on q.
-    holds: Vec<Vec<f64>>,
-    /// Push on σ per kept q and per kept q̇.
-    pub from_place: Matrix,
-    /// The same per kept q̇.
-    pub from_rate: Matrix,
+    /// Indices of the sticking branches.
+    branches: Vec<usize>,
+    /// Velocities q̇ per unit relative velocity of each pair, in columns: `M⁻¹Wᵀ(W M⁻¹Wᵀ)⁺`.
+    velocities: Matrix,
+    /// Constraint force of each pair per force on q, in rows: `(W M⁻¹Wᵀ)⁺ W M⁻¹`.
+    reactions: Vec<Vec<f64>>,
+    /// Input of σ per imposed displacement q.
+    pub from_displacement: Matrix,
+    /// Input of σ per imposed velocity q̇.
+    pub from_velocity: Matrix,
 }
 
-/// A switching surface of a stuck pair over the state: what is left before it breaks away.
+/// Breakaway reserve of a sticking pair as a linear function of the state, N or N·m.
 #[derive(Debug)]
 pub struct StickReserve {
     /// Constant term.
     pub constant: f64,
-    /// Over q.
-    pub place: Vec<f64>,
-    /// Over q̇.
-    pub rate: Vec<f64>,
-    /// Over z.
+    /// Coefficients of q.
+    pub displacement: Vec<f64>,
+    /// Coefficients of q̇.
+    pub velocity: Vec<f64>,
+    /// Coefficients of z.
     pub inner: Vec<f64>,
-    /// Inputs, with what their value and their rate count.
+    /// Input indices with the coefficients of their value and rate.
     pub direct: Vec<(usize, [f64; 2])>,
 }
 
 impl StickConstraint {
-    /// Stick constraint of the sticking branches.
+    /// Constraint of the given sticking branches.
     ///
     /// # Errors
-    /// Numbers out of range.
+    /// Overflow of the constraint matrix.
     pub fn new(
         context: &RunContext,
         laws: &[LinearLaw],
-        stuck: &[usize],
+        branches: &[usize],
         modes: &RegimeModes,
-        stage: &ModalTransform,
+        transform: &ModalTransform,
         len: usize,
     ) -> Result<StickConstraint, Error> {
         let model = context.model;
-        let (n, s) = (model.coordinate_count(), stuck.len());
-        let rows: Vec<Vec<f64>> = stuck
+        let (n, s) = (model.coordinate_count(), branches.len());
+        let rows: Vec<Vec<f64>> = branches
             .iter()
-            .map(|&at| to_dense(&model.elements[at].direction, n))
+            .map(|&index| to_dense(&model.elements[index].direction, n))
             .collect();
-        let lighter: Vec<Vec<f64>> = rows
+        let inverse_mass_w: Vec<Vec<f64>> = rows
             .iter()
             .map(|row| {
                 let mut w = row.clone();
@@ -67,60 +67,60 @@ impl StickConstraint {
                 w
             })
             .collect();
-        let mobility = Matrix::from_fn(s, s, |i, j| dot(&rows[i], &lighter[j]));
+        let mobility = Matrix::from_fn(s, s, |i, j| dot(&rows[i], &inverse_mass_w[j]));
         let mut inverse = Matrix::zeros(s, s);
         for j in 0..s {
             let unit: Vec<f64> = (0..s).map(|i| f64::from(u8::from(i == j))).collect();
             let column = symmetric::solve_semidefinite(&mobility, &unit)?;
             (0..s).for_each(|i| inverse[(i, j)] = column[i]);
         }
-        let holds: Vec<Vec<f64>> = (0..s)
+        let reactions: Vec<Vec<f64>> = (0..s)
             .map(|i| {
                 (0..n)
-                    .map(|k| (0..s).map(|j| inverse[(i, j)] * lighter[j][k]).sum())
+                    .map(|k| (0..s).map(|j| inverse[(i, j)] * inverse_mass_w[j][k]).sum())
                     .collect()
             })
             .collect();
-        let carried = Matrix::from_fn(n, s, |k, i| holds[i][k]);
+        let velocities = Matrix::from_fn(n, s, |k, i| reactions[i][k]);
 
-        let (stiffness, damping, inner) = forces(context, laws);
+        let (stiffness, damping, internal) = forces(context, laws);
         let m = modes.count();
-        let modal = |matrix: &Matrix, inner: Option<&Matrix>| {
-            let over = modes.shapes.transpose() * matrix;
+        let modal = |matrix: &Matrix, internal: Option<&Matrix>| {
+            let projected = modes.shapes.transpose() * matrix;
             let mut out = Matrix::zeros(len, n);
             for k in 0..n {
-                let mut push = vec![0.0; 2 * m + model.internal_count()];
-                (0..m).for_each(|j| push[m + j] = -over[(j, k)]);
-                if let Some(inner) = inner {
-                    (0..model.internal_count()).for_each(|z| push[2 * m + z] = inner[(z, k)]);
+                let mut input = vec![0.0; 2 * m + model.internal_count()];
+                (0..m).for_each(|j| input[m + j] = -projected[(j, k)]);
+                if let Some(internal) = internal {
+                    (0..model.internal_count()).for_each(|z| input[2 * m + z] = internal[(z, k)]);
                 }
                 let mut sigma = vec![0.0; len];
-                stage.to_parts(&push, &mut sigma);
+                transform.to_parts(&input, &mut sigma);
                 (0..len).for_each(|i| out[(i, k)] = sigma[i]);
             }
             out
         };
         Ok(StickConstraint {
-            stuck: stuck.to_vec(),
-            from_place: modal(&stiffness, None),
-            from_rate: modal(&damping, Some(&inner)),
-            carried,
-            holds,
+            branches: branches.to_vec(),
+            from_displacement: modal(&stiffness, None),
+            from_velocity: modal(&damping, Some(&internal)),
+            velocities,
+            reactions,
         })
     }
 
-    /// The rates of q that are kept, from the rates imposed on each pair.
+    /// Imposed velocity q̇ from the relative velocity of each pair.
     pub fn imposed_velocity(&self, rates: impl Fn(usize) -> f64, out: &mut [f64]) {
         out.fill(0.0);
-        for (i, &at) in self.stuck.iter().enumerate() {
-            axpy(out, rates(at), self.carried.col_as_slice(i));
+        for (i, &branch) in self.branches.iter().enumerate() {
+            axpy(out, rates(branch), self.velocities.col_as_slice(i));
         }
     }
 
-    /// Remaining breakaway force of a stuck pair in the sense of `slip`.
+    /// Remaining breakaway force of a sticking pair in the slip direction `slip`.
     ///
     /// # Errors
-    /// None; laws were read before.
+    /// None at present.
     pub fn breakaway_reserve(
         &self,
         context: &RunContext,
@@ -132,57 +132,57 @@ impl StickConstraint {
         let model = context.model;
         let n = model.coordinate_count();
         let zero = vec![0.0; n];
-        let own = self.stuck.iter().position(|&at| at == branch);
-        let holds = own.map_or(&zero, |i| &self.holds[i]);
+        let index = self.branches.iter().position(|&i| i == branch);
+        let reactions = index.map_or(&zero, |i| &self.reactions[i]);
         let sign = -slip.sign();
         let (stiffness, damping, _) = forces(context, laws);
-        // λ = holds · (d f − u F − α M q̇)
-        let over = |a: &Matrix| -> Vec<f64> {
+        // λ = reactions · (d f − u F − α M q̇)
+        let weights = |a: &Matrix| -> Vec<f64> {
             (0..n)
-                .map(|j| -sign * (0..n).map(|i| holds[i] * a[(i, j)]).sum::<f64>())
+                .map(|j| -sign * (0..n).map(|i| reactions[i] * a[(i, j)]).sum::<f64>())
                 .collect()
         };
-        let (place, mut rate) = (over(&stiffness), over(&damping));
-        let momentum = model.momentum(holds);
-        (0..n).for_each(|j| rate[j] -= sign * model.mass_damping * momentum[j]);
-        let along = |at: usize| model.elements[at].force_direction().dot(holds);
+        let (displacement, mut velocity) = (weights(&stiffness), weights(&damping));
+        let momentum = model.momentum(reactions);
+        (0..n).for_each(|j| velocity[j] -= sign * model.mass_damping * momentum[j]);
+        let p = |i: usize| model.elements[i].force_direction().dot(reactions);
         let mut constant = breakaway;
-        let mut inner = Vec::new();
-        for (at, law) in laws.iter().enumerate() {
-            constant -= sign * law.force.constant * along(at);
-            inner.extend(law.inner.iter().map(|own| -sign * own.force * along(at)));
+        let mut internal = Vec::new();
+        for (i, law) in laws.iter().enumerate() {
+            constant -= sign * law.force.constant * p(i);
+            internal.extend(law.inner.iter().map(|z| -sign * z.force * p(i)));
         }
         let direct = context.inputs.list.iter().enumerate();
         let direct = direct.map(|(number, input)| match input.entry {
-            InputTarget::Drive(at) => {
-                let per = sign * model.forces[at].direction.dot(holds);
-                (number, [per, 0.0])
+            InputTarget::Drive(i) => {
+                let factor = sign * model.forces[i].direction.dot(reactions);
+                (number, [factor, 0.0])
             }
-            InputTarget::Imposed(at) => {
-                let law = &laws[at].force;
-                let per = sign * along(at);
-                (number, [per * law.deflection, per * law.rate])
+            InputTarget::Imposed(i) => {
+                let law = &laws[i].force;
+                let factor = sign * p(i);
+                (number, [factor * law.deflection, factor * law.rate])
             }
         });
         Ok(StickReserve {
             constant,
-            place,
-            rate,
-            inner,
+            displacement,
+            velocity,
+            inner: internal,
             direct: direct.collect(),
         })
     }
 }
 
-/// K, C over q with what belongs to no branch, drag left out, and what inner states see of q̇.
+/// Matrices K and C with the global terms, without mass-proportional damping, and the input matrix of the internal states over q̇.
 fn forces(context: &RunContext, laws: &[LinearLaw]) -> (Matrix, Matrix, Matrix) {
     let model = context.model;
     let n = model.coordinate_count();
-    let (mut stiffness, mut damping) = match &model.unattached {
+    let (mut stiffness, mut damping) = match &model.global_matrices {
         Some((k, c)) => (k.clone(), c.clone()),
         None => (Matrix::zeros(n, n), Matrix::zeros(n, n)),
     };
-    let mut inner = Matrix::zeros(model.internal_count(), n);
+    let mut internal = Matrix::zeros(model.internal_count(), n);
     let mut next = 0;
     for (branch, law) in model.elements.iter().zip(laws) {
         for (i, u) in branch.force_direction().entries() {
@@ -191,13 +191,13 @@ fn forces(context: &RunContext, laws: &[LinearLaw]) -> (Matrix, Matrix, Matrix) 
                 damping[(i, j)] += law.force.rate * u * w;
             }
         }
-        if let Some(own) = &law.inner {
+        if let Some(state) = &law.inner {
             branch
                 .direction
                 .entries()
-                .for_each(|(j, w)| inner[(next, j)] += own.seen * w);
+                .for_each(|(j, w)| internal[(next, j)] += state.seen * w);
             next += 1;
         }
     }
-    (stiffness, damping, inner)
+    (stiffness, damping, internal)
 }

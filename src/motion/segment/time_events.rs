@@ -8,51 +8,47 @@ use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::signal::Signal;
 use crate::motion::wave::{WavePhase, Waveform};
 
-/// Jumps known in time, and their instants.
+/// Knots of the signals and jumps of the stiffness waves of a model.
 #[derive(Debug)]
 pub struct TimeEvents<'a> {
     signals: Vec<(usize, &'a Signal)>,
     waves: Vec<WaveJumps>,
 }
 
-/// The jumps of a rectangular wave: number 2m at ψ = m, number 2m + 1 at m + duty.
+/// Jumps of a rectangular wave: number 2m at the phase ψ = m, number 2m + 1 at m + duty, in revolutions.
 #[derive(Debug)]
 struct WaveJumps {
     branch: usize,
     duty: f64,
     omega: f64,
     start: f64,
-    /// The jump last passed in the sense of the motion.
+    /// Number of the last jump in the direction of motion.
     last: i64,
 }
 
-/// Cause of a jump at a known time.
+/// Change of piece at a known time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeEvent {
-    /// A line of the input at this place of a regime's pieces gave way to the next.
+    /// Index of an input in the pieces of a regime, and its new piece.
     Piece(usize, u32),
-    /// The wave of a branch came to another piece.
+    /// Branch of a wave, and its new piece.
     Wave(usize, u32),
 }
 
-/// Times closer than this, relative to what they are computed from, are one.
+/// Relative tolerance for merging times: a few rounding errors.
 const MERGE_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 impl<'a> TimeEvents<'a> {
-    /// At the start of a run; what happens at that very time has happened.
+    /// Time events of a model after the time `from`, s; events at that time are past.
     ///
     /// # Errors
     /// A wave that is not rectangular or follows an angle.
     pub fn new(model: &'a DynamicModel, from: f64) -> Result<TimeEvents<'a>, Error> {
-        let drives = model
-            .forces
-            .iter()
-            .enumerate()
-            .map(|(at, d)| (at, &d.signal));
+        let drives = model.forces.iter().enumerate().map(|(i, d)| (i, &d.signal));
         let offset = model.forces.len();
         let imposed = model.elements.iter().enumerate();
         let imposed =
-            imposed.filter_map(|(at, b)| Some((offset + at, b.imposed_displacement.as_ref()?)));
+            imposed.filter_map(|(i, b)| Some((offset + i, b.imposed_displacement.as_ref()?)));
         let mut waves = Vec::new();
         for (branch, b) in model.elements.iter().enumerate() {
             let Some(wave) = &b.stiffness_wave else {
@@ -69,17 +65,17 @@ impl<'a> TimeEvents<'a> {
                     .with_hint("take a method for smooth waves"));
             };
             let psi = wave.phase.phase_at(from, &[]);
-            let whole = psi.floor();
-            let passed = whole as i64 * 2 + i64::from(psi - whole >= *duty);
+            let turn = psi.floor();
+            let last = turn as i64 * 2 + i64::from(psi - turn >= *duty);
             let mut jumps = WaveJumps {
                 branch,
                 duty: *duty,
                 omega,
                 start,
-                last: if omega < 0.0 { passed + 1 } else { passed },
+                last: if omega < 0.0 { last + 1 } else { last },
             };
             while omega != 0.0 && jumps.next_time() <= from + jumps.time_rounding() {
-                jumps.pass();
+                jumps.step();
             }
             waves.push(jumps);
         }
@@ -89,44 +85,44 @@ impl<'a> TimeEvents<'a> {
         })
     }
 
-    /// The next known time after the pieces of a regime, of waves only those of branches that heed theirs; ∞ where none comes.
-    pub fn next_time(&self, pieces: &[u32], heeds: impl Fn(usize) -> bool) -> f64 {
+    /// Next time event after the pieces of a regime, s, with the waves of the branches selected by `is_active`; ∞ without one.
+    pub fn next_time(&self, pieces: &[u32], is_active: impl Fn(usize) -> bool) -> f64 {
         let knots = self
             .signals
             .iter()
-            .map(|(at, signal)| knot(signal, pieces[*at]));
-        let heeded = self.waves.iter().filter(|jumps| heeds(jumps.branch));
-        let jumps = heeded.map(WaveJumps::next_time);
+            .map(|(i, signal)| knot(signal, pieces[*i]));
+        let active = self.waves.iter().filter(|jumps| is_active(jumps.branch));
+        let jumps = active.map(WaveJumps::next_time);
         knots.chain(jumps).fold(f64::INFINITY, f64::min)
     }
 
-    /// Passes all that happens at `t`.
-    pub fn advance(&mut self, pieces: &[u32], t: f64, ticks: &mut Vec<TimeEvent>) {
-        ticks.clear();
-        for (at, signal) in &self.signals {
-            let mut piece = pieces[*at];
+    /// Advances to the time t, s, and lists the events in `events`.
+    pub fn advance(&mut self, pieces: &[u32], t: f64, events: &mut Vec<TimeEvent>) {
+        events.clear();
+        for (i, signal) in &self.signals {
+            let mut piece = pieces[*i];
             while knot(signal, piece) <= t + MERGE_TOLERANCE * t.abs() {
                 piece += 1;
             }
-            if piece != pieces[*at] {
-                ticks.push(TimeEvent::Piece(*at, piece));
+            if piece != pieces[*i] {
+                events.push(TimeEvent::Piece(*i, piece));
             }
         }
         for jumps in &mut self.waves {
-            if jumps.pass_until(t) {
-                ticks.push(TimeEvent::Wave(jumps.branch, jumps.piece()));
+            if jumps.advance_to(t) {
+                events.push(TimeEvent::Wave(jumps.branch, jumps.piece()));
             }
         }
     }
 
-    /// Which piece carries the wave of a branch at `t`, when all before has been passed; nothing where it has none.
+    /// Piece of the wave of a branch at the time t, s, not earlier than the last advance; `None` without a wave.
     pub fn piece(&mut self, branch: usize, t: f64) -> Option<u32> {
         let jumps = self.waves.iter_mut().find(|jumps| jumps.branch == branch)?;
-        jumps.pass_until(t);
+        jumps.advance_to(t);
         Some(jumps.piece())
     }
 
-    /// Which piece carries the wave of every branch that has one.
+    /// Branch and present piece of every wave.
     pub fn pieces(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
         self.waves.iter().map(|jumps| (jumps.branch, jumps.piece()))
     }
@@ -141,10 +137,10 @@ fn knot(signal: &Signal, piece: u32) -> f64 {
 
 impl WaveJumps {
     fn time(&self, number: i64) -> f64 {
-        let whole = number.div_euclid(2) as f64;
+        let turn = number.div_euclid(2) as f64;
         let psi = match number.rem_euclid(2) {
-            0 => whole,
-            _ => whole + self.duty,
+            0 => turn,
+            _ => turn + self.duty,
         };
         (psi * TAU - self.start) / self.omega
     }
@@ -157,7 +153,7 @@ impl WaveJumps {
         }
     }
 
-    /// Rounding of a jump's time.
+    /// Rounding error of the time of a jump, s.
     fn time_rounding(&self) -> f64 {
         let next = self.next_time();
         match next.is_finite() {
@@ -166,26 +162,26 @@ impl WaveJumps {
         }
     }
 
-    fn pass(&mut self) {
+    fn step(&mut self) {
         self.last += if self.omega > 0.0 { 1 } else { -1 };
     }
 
-    /// Passes all jumps up to `t`; false where there is none.
-    fn pass_until(&mut self, t: f64) -> bool {
+    /// Advances over all jumps up to the time t, s; false without a jump.
+    fn advance_to(&mut self, t: f64) -> bool {
         let before = self.last;
         while self.next_time() <= t + self.time_rounding() {
-            self.pass();
+            self.step();
         }
         self.last != before
     }
 
     fn piece(&self) -> u32 {
-        let begun = if self.omega < 0.0 {
+        let jump = if self.omega < 0.0 {
             self.last - 1
         } else {
             self.last
         };
-        begun.rem_euclid(2) as u32
+        jump.rem_euclid(2) as u32
     }
 }
 
@@ -203,16 +199,16 @@ mod tests {
         }
     }
 
-    /// Forward the high piece ends at a quarter, backward the low one ends there.
+    /// At positive speed the high piece ends at a quarter revolution, at negative speed the low one.
     #[test]
     fn exact_jumps_both_ways() {
-        let mut ahead = jumps(TAU, 0.0, 0);
-        assert_eq!((ahead.piece(), ahead.next_time()), (0, 0.25));
-        ahead.pass();
-        assert_eq!((ahead.piece(), ahead.next_time()), (1, 1.0));
-        let mut back = jumps(-TAU, 0.0, 2);
-        assert_eq!((back.piece(), back.next_time()), (1, -0.25));
-        back.pass();
-        assert_eq!((back.piece(), back.next_time()), (0, 0.0));
+        let mut forward = jumps(TAU, 0.0, 0);
+        assert_eq!((forward.piece(), forward.next_time()), (0, 0.25));
+        forward.step();
+        assert_eq!((forward.piece(), forward.next_time()), (1, 1.0));
+        let mut backward = jumps(-TAU, 0.0, 2);
+        assert_eq!((backward.piece(), backward.next_time()), (1, -0.25));
+        backward.step();
+        assert_eq!((backward.piece(), backward.next_time()), (0, 0.0));
     }
 }

@@ -503,7 +503,7 @@ impl ModalTrajectory {
     }
 
     /// Updates the `unseen` non-oscillatory parts, which steps skip.
-    pub fn update_unseen(&mut self, parts: &ForcedParts, unseen: &[bool]) {
+    pub fn update_unused(&mut self, parts: &ForcedParts, unseen: &[bool]) {
         self.others_at(parts, unseen, true);
     }
 

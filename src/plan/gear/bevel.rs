@@ -64,7 +64,7 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         .map_err(|_| Error::new(Code::MissingKey, "the gears are not described"))?;
     let mut diagnostics = bevel_blanks::warnings(file);
     diagnostics.extend(limits.iter().map(|l| bevel_limits::warning(file, l)));
-    diagnostics.extend(bevel_blanks::of_teeth(file, &members));
+    diagnostics.extend(bevel_blanks::flank_warnings(file, &members));
     let contact = match file.is_conjugate() {
         true => None,
         false => flanks_of_sides(&members, file.contact.side.flanks())
@@ -144,7 +144,7 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
             Some(format!(
                 "{}: {}",
                 MEMBERS[*k],
-                file.members[*k].lacks_tooth()?
+                file.members[*k].missing_tooth_reason()?
             ))
         })
         .collect();

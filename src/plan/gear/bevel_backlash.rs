@@ -41,10 +41,10 @@ pub(super) fn least(
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: format!(
-                "the least backlash is not known: the {} flanks do not touch near the middle of their teeth",
+                "the minimum backlash is unknown: the {} flanks do not touch near the middle of their teeth",
                 file.contact.side.other().name()
             ),
-            hint: Some("look at the other side with --side, and check [assembly]".into()),
+            hint: Some("try the other side with --side, and check [assembly]".into()),
         });
         return None;
     };

@@ -1,4 +1,4 @@
-//! Unloaded contact of a bevel pair: transmission error with hand-over, ellipses, pattern, ease-off, V–H check.
+//! Unloaded contact of a bevel pair: transmission error with tooth-pair transfer, contact ellipses, contact pattern, ease-off, V–H check.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -17,53 +17,53 @@ use crate::gear::kernel::vector::Vector;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 
-/// Rows and columns of the ease-off.
+/// Rows and columns of the ease-off grid.
 const EASE_OFF_GRID: [usize; 2] = [9, 15];
-/// Shares of the face to which the V–H check moves the contact, with their names.
-pub const VH_PLACES: [(&str, f64); 3] = [("toe", 0.25), ("middle", 0.5), ("heel", 0.75)];
-/// Limit where the path was followed no further.
+/// Positions of the V–H check with their names, as fractions of the face width from the toe.
+pub const VH_POSITIONS: [(&str, f64); 3] = [("toe", 0.25), ("middle", 0.5), ("heel", 0.75)];
+/// Reason for the end of the contact at the end of the computed range.
 pub const END_OF_PITCHES: &str = "end of the requested pitches";
-/// Points of an ellipse's outline.
+/// Number of points of the outline of an ellipse.
 const OUTLINE: usize = 48;
-/// Ratios this near that of the tooth numbers differ by less than 0.1 arcsec of the gear over a pitch.
+/// Relative tolerance of the instantaneous ratio: less than 0.1 arcsec of the gear over a pitch.
 const SAME_RATIO: f64 = 2e-5;
-/// A ratio on the teeth this far from that of the tooth numbers, %, is that of other teeth.
+/// Deviation of the ratio from that of the tooth numbers above which wrong tooth numbers are reported, %.
 const OTHER_RATIO: f64 = 1.5;
-/// D of a flank below this share of that at the reference: the undercut limit is near.
+/// Undercut function D relative to that at the reference below which the undercut limit is reported.
 const NEAR_UNDERCUT: f64 = 0.1;
 
 /// Unloaded contact of two flanks.
 #[derive(Debug, Clone)]
 pub struct BevelContact {
-    /// The pair.
+    /// Pair of flanks.
     pub pair: FlankPair,
-    /// The path of one pair of teeth.
+    /// Path of contact of one tooth pair.
     pub path: ContactPath,
-    /// The leading pair over the positions.
+    /// Contact of the leading tooth pair over the positions.
     pub points: Vec<BevelContactPoint>,
-    /// Peak-to-peak of the transmission error over a pitch, rad; none where at some angle no pair touches.
+    /// Peak-to-peak transmission error over a pitch, rad; absent if no pair touches at some angle.
     pub peak_to_peak: Option<f64>,
-    /// Angle over which a pair touches on its flanks, over the pitch.
+    /// Contact ratio: angle of contact of a tooth pair on its flanks over the angular pitch.
     pub contact_ratio: f64,
-    /// Angle of the pinion and limit met at which the contact on the flanks begins and ends, where the pinion drives.
+    /// Start and end of the contact on the flanks with a driving pinion: angle of the pinion, rad, and limit reached.
     pub ends: [(f64, String); 2],
-    /// Shares of face and height of the reference contact on pinion and gear.
-    pub reference_shares: [Option<[f64; 2]>; 2],
-    /// Ellipse at the reference.
+    /// Reference contact on pinion and gear as fractions of face and height.
+    pub reference_position: [Option<[f64; 2]>; 2],
+    /// Contact ellipse at the reference.
     pub ellipse: Option<ContactEllipse>,
     /// Local parameters at the reference.
     pub local: Option<LocalParameters>,
-    /// Force at the reference.
+    /// Contact forces at the reference.
     pub forces: ContactForces,
-    /// Ends of the pattern on each member: least and largest share of face, of height.
+    /// Extent of the pattern on each member: smallest and largest fraction of face, then of height.
     pub pattern: [Option<[[f64; 2]; 2]>; 2],
     /// Ease-off of the pinion and its terms.
     pub ease_off: (EaseOff, Option<EaseOffTerms>),
-    /// V–H check at [`VH_PLACES`], where it is requested and the flanks touch there.
+    /// V–H check at [`VH_PLACES`], if requested; absent where the flanks do not touch.
     pub vh: Option<[Option<PatternShift>; 3]>,
 }
 
-/// One position of the pair.
+/// Contact of the pair at one position.
 #[derive(Debug, Clone, Copy)]
 pub struct BevelContactPoint {
     /// Angle of the pinion, rad.
@@ -72,17 +72,17 @@ pub struct BevelContactPoint {
     pub gear_angle: f64,
     /// Transmission error, rad.
     pub te: f64,
-    /// The pair that leads.
+    /// Number of the leading tooth pair.
     pub pair: i32,
-    /// Contact of pair 0 that many pitches later.
+    /// Contact of tooth pair 0, `pair` pitches later.
     pub contact: ContactPoint,
-    /// Contact in the frame of the pinion, m.
+    /// Contact point in the frame of the pinion, m.
     pub in_pinion: Vector,
-    /// Ellipse; none on edges.
+    /// Contact ellipse; absent on edges.
     pub ellipse: Option<ContactEllipse>,
 }
 
-/// The contact of the requested flanks; what it lacks becomes a warning.
+/// Computes the unloaded contact of two flanks, with warnings about missing or incomplete contact.
 pub fn contact(
     file: &BevelFile,
     flanks: [BevelFlank; 2],
@@ -91,7 +91,7 @@ pub fn contact(
     let (study, teeth) = (&file.contact, file.members.each_ref().map(|m| m.teeth));
     let assembly = file.assembly();
     let pair = FlankPair::new(flanks, teeth, file.hand, &assembly);
-    // A pair is followed until the next ones have taken over, whatever the positions shown.
+    // The path covers the transfer to the next pairs for any number of reported positions.
     let pitches = PITCHES.max(study.pitches);
     let Some(path) = pair.path_near_teeth(pitches, study.positions) else {
         diagnostics.push(Diagnostic {
@@ -106,10 +106,10 @@ pub fn contact(
         diagnostics.push(Diagnostic {
             code: "no-contact",
             message: format!(
-                "undercut removes the flank of the {} where the flanks would touch",
+                "undercut removes the flank of the {} at the contact",
                 MEMBERS[member]
             ),
-            hint: Some("mend the undercut first".into()),
+            hint: Some("remove the undercut first".into()),
         });
         return None;
     }
@@ -122,7 +122,7 @@ pub fn contact(
     if peak_to_peak.is_none() {
         diagnostics.push(Diagnostic {
             code: "no-contact",
-            message: "between two pairs of teeth there are angles at which none touches".into(),
+            message: "at some angles between two tooth pairs no teeth touch".into(),
             hint: Some("the rows `contact on the flanks` say where the contact of a pair begins and ends; more `pitches` in [contact] follow it further".into()),
         });
     }
@@ -132,10 +132,10 @@ pub fn contact(
     let [rows, columns] = EASE_OFF_GRID;
     let ease_off = pair.ease_off(&reference, rows, columns);
     let terms = ease_off.terms();
-    let vh = study.vh.then(|| VH_PLACES.map(|(_, face)| shift(face)));
+    let vh = study.vh.then(|| VH_POSITIONS.map(|(_, face)| shift(face)));
     diagnostics.extend(vh.as_ref().and_then(shift_warning));
     Some(BevelContact {
-        reference_shares: [0, 1].map(|k| pair.shares(k, &reference)),
+        reference_position: [0, 1].map(|k| pair.shares(k, &reference)),
         ellipse: pair.ellipse(&reference, study.coating),
         local: pair.local_parameters(&reference),
         forces: ContactForces::of(&pair, &reference),
@@ -151,7 +151,7 @@ pub fn contact(
     })
 }
 
-/// A ratio that nowhere is that of the tooth numbers.
+/// Warning about an instantaneous ratio that differs from that of the tooth numbers everywhere.
 fn no_reference(
     pair: &FlankPair,
     reference: &ContactPoint,
@@ -183,9 +183,9 @@ fn no_reference(
     }
 }
 
-/// Places on the face to which no V and H move the contact.
+/// Warning about positions on the face that no V and H reach.
 fn shift_warning(shifts: &[Option<PatternShift>; 3]) -> Option<Diagnostic> {
-    let places = VH_PLACES.iter().zip(shifts);
+    let places = VH_POSITIONS.iter().zip(shifts);
     let missing = places.filter(|(_, shift)| shift.is_none());
     let missing: Vec<String> = missing
         .map(|((_, face), _)| format!("{:.0} %", 100.0 * face))
@@ -193,14 +193,14 @@ fn shift_warning(shifts: &[Option<PatternShift>; 3]) -> Option<Diagnostic> {
     (!missing.is_empty()).then(|| Diagnostic {
         code: "no-contact",
         message: format!(
-            "no V and H were found that move the contact to {} of the gear's face: on the way there the flanks lose contact",
+            "no V and H were found that move the contact to {} of the gear's face: the flanks lose contact before",
             missing.join(" and ")
         ),
         hint: Some("change spiral angle or crowning until the ease-off has a top on the face".into()),
     })
 }
 
-/// The leading pair at equal steps about the reference.
+/// Contacts of the leading pair at equal steps of the pinion about the reference.
 pub(super) fn leading(
     pair: &FlankPair,
     path: &ContactPath,
@@ -210,7 +210,7 @@ pub(super) fn leading(
 ) -> Vec<BevelContactPoint> {
     let step = pair.pitch() / positions as f64;
     let count = (pitches * positions as f64).floor() as i64;
-    let found = (-count..=count).filter_map(|i| {
+    let points = (-count..=count).filter_map(|i| {
         let angle = path.reference.pinion_angle + step * i as f64;
         let leading = pair.leading(path, angle)?;
         let contact = leading.contact;
@@ -230,42 +230,42 @@ pub(super) fn leading(
             contact,
         })
     });
-    found.collect()
+    points.collect()
 }
 
-/// Contact ratio on the flanks, and where and why the contact on them begins and ends in the sense in which the pinion drives.
+/// Contact ratio on the flanks, and start and end of the contact (angle of the pinion, rad, and limit) with a driving pinion.
 fn ends(pair: &FlankPair, path: &ContactPath) -> (f64, [(f64, String); 2]) {
     let contacts = &path.contacts;
-    let middle = contacts.partition_point(|c| c.pinion_angle < path.reference.pinion_angle);
-    let middle = middle.min(contacts.len() - 1);
-    let below = contacts[..middle]
+    let reference = contacts.partition_point(|c| c.pinion_angle < path.reference.pinion_angle);
+    let reference = reference.min(contacts.len() - 1);
+    let n_before = contacts[..reference]
         .iter()
         .rev()
         .take_while(|c| c.edge.is_none())
         .count();
-    let above = contacts[middle..]
+    let n_after = contacts[reference..]
         .iter()
         .take_while(|c| c.edge.is_none())
         .count();
-    let first = middle - below;
-    let last = (middle + above).saturating_sub(1).max(first);
+    let first = reference - n_before;
+    let last = (reference + n_after).saturating_sub(1).max(first);
     let reason = |end: usize, next: Option<&ContactPoint>, stopped: Option<f64>| {
         if let Some(edge) = next.and_then(|c| c.edge) {
             return edge_name(&edge);
         }
         let undercut = pair.undercut_shares(&contacts[end], &path.reference);
-        let near = undercut.and_then(|d| (0..2).find(|k| d[*k] < NEAR_UNDERCUT));
-        match (near, stopped) {
+        let member = undercut.and_then(|d| (0..2).find(|k| d[*k] < NEAR_UNDERCUT));
+        match (member, stopped) {
             (Some(k), _) => format!("undercut limit of the {}", MEMBERS[k]),
             (None, Some(_)) => "no contact on the teeth beyond".into(),
             (None, None) => END_OF_PITCHES.into(),
         }
     };
-    let before = first.checked_sub(1).map(|i| &contacts[i]);
+    let previous = first.checked_sub(1).map(|i| &contacts[i]);
     let ends = [
         (
             contacts[first].pinion_angle,
-            reason(first, before, path.stopped[0]),
+            reason(first, previous, path.stopped[0]),
         ),
         (
             contacts[last].pinion_angle,
@@ -273,14 +273,14 @@ fn ends(pair: &FlankPair, path: &ContactPath) -> (f64, [(f64, String); 2]) {
         ),
     ];
     let ratio = (ends[1].0 - ends[0].0) / pair.pitch();
-    let [below, above] = ends;
+    let [start, end] = ends;
     match ContactForces::of(pair, &path.reference).pinion_turn > 0.0 {
-        true => (ratio, [below, above]),
-        false => (ratio, [above, below]),
+        true => (ratio, [start, end]),
+        false => (ratio, [end, start]),
     }
 }
 
-/// An edge in words.
+/// Name of an edge for reports.
 pub fn edge_name(edge: &Edge) -> String {
     let side = match edge.side {
         Side::Tip => "tip",
@@ -290,7 +290,7 @@ pub fn edge_name(edge: &Edge) -> String {
     format!("{side} of the {}", MEMBERS[edge.member])
 }
 
-/// Contacts below the part of a flank that the blade cuts above Toprem and edge.
+/// Warning about contact below the active part of a flank, on its Toprem or fillet.
 fn fillet_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<Diagnostic>) {
     for k in 0..2 {
         let [from, _] = pair.flanks[k].envelope.surface.curve.range;
@@ -321,13 +321,13 @@ fn fillet_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<Di
     }
 }
 
-/// Places that touch before the contact of the path.
+/// Warning about flank points that interfere before the path of contact is reached.
 fn overlap_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<Diagnostic>) {
-    let Some(found) = pair.overlap(path) else {
+    let Some(overlap) = pair.overlap(path) else {
         return;
     };
-    let [face, height] = found.shares.map(|share| 100.0 * share);
-    let (depth, te) = (1e6 * found.depth, found.te.to_degrees() * 3600.0);
+    let [face, height] = overlap.shares.map(|share| 100.0 * share);
+    let (depth, te) = (1e6 * overlap.depth, overlap.te.to_degrees() * 3600.0);
     diagnostics.push(Diagnostic {
         code: "overlap",
         message: format!(
@@ -337,14 +337,14 @@ fn overlap_warning(pair: &FlankPair, path: &ContactPath, diagnostics: &mut Vec<D
     });
 }
 
-/// The positions of one pitch in the middle of all: the others repeat them.
+/// Positions of the middle pitch; the others repeat them.
 pub fn one_pitch(points: &[BevelContactPoint], positions: usize) -> &[BevelContactPoint] {
     let count = points.len().min(positions + 1);
     let first = (points.len() - count) / 2;
     &points[first..first + count]
 }
 
-/// Outline of an ellipse in shares of face and height of a member.
+/// Outline of a contact ellipse in fractions of face and height of a member.
 pub fn outline(
     pair: &FlankPair,
     point: &BevelContactPoint,
@@ -358,23 +358,23 @@ pub fn outline(
         .collect()
 }
 
-/// Half axes of an ellipse in shares of face and height of a member, the longer one first.
+/// Semi-axes of a contact ellipse in fractions of face and height of a member, the major one first.
 pub fn half_axes(
     pair: &FlankPair,
     point: &BevelContactPoint,
     member: usize,
 ) -> Option<[[f64; 2]; 2]> {
-    let half = |angle: f64| -> Option<[f64; 2]> {
-        let ends = [angle, angle + PI].map(|at| on_ellipse(pair, point, member, at));
+    let semi_axis = |angle: f64| -> Option<[f64; 2]> {
+        let ends = [angle, angle + PI].map(|t| on_ellipse(pair, point, member, t));
         let [Some(a), Some(b)] = ends else {
             return None;
         };
         Some([0, 1].map(|k| 0.5 * (a[k] - b[k])))
     };
-    Some([half(0.0)?, half(FRAC_PI_2)?])
+    Some([semi_axis(0.0)?, semi_axis(FRAC_PI_2)?])
 }
 
-/// A point of an ellipse's outline at a parameter, rad, in shares of face and height of a member.
+/// Point of the outline of an ellipse at a parameter, rad, in fractions of face and height of a member.
 fn on_ellipse(
     pair: &FlankPair,
     point: &BevelContactPoint,
@@ -382,16 +382,16 @@ fn on_ellipse(
     angle: f64,
 ) -> Option<[f64; 2]> {
     let (contact, ellipse) = (&point.contact, point.ellipse.as_ref()?);
-    let across = contact.normal.cross(ellipse.direction);
+    let minor = contact.normal.cross(ellipse.direction);
     let [long, short] = ellipse.semi_axes;
     let (sin, cos) = angle.sin_cos();
-    let at = contact.point + ellipse.direction * (long * cos) + across * (short * sin);
-    let (off, axis) = (at - pair.centre(member), pair.turn(member).w);
-    let place = [off.dot(axis), axis.cross(off).norm()];
-    pair.flanks[member].section.shares(place)
+    let p = contact.point + ellipse.direction * (long * cos) + minor * (short * sin);
+    let (r, axis) = (p - pair.centre(member), pair.turn(member).w);
+    let meridian = [r.dot(axis), axis.cross(r).norm()];
+    pair.flanks[member].section.shares(meridian)
 }
 
-/// Ends of the pattern on a member.
+/// Extent of the pattern on a member.
 fn pattern(pair: &FlankPair, points: &[BevelContactPoint], member: usize) -> Option<[[f64; 2]; 2]> {
     let outlines = points.iter().filter_map(|p| outline(pair, p, member));
     let places: Vec<[f64; 2]> = outlines.flatten().collect();

@@ -1,4 +1,4 @@
-//! Bevel pair under load: loaded transmission error, stiffness, shares, pressure over one pitch for every torque.
+//! Bevel pair under load: transmission error, mesh stiffness, load sharing and contact pressure over one pitch at each torque.
 
 use super::bevel_stability::{StabilityCase, stability};
 use crate::base::code::Code;
@@ -10,7 +10,7 @@ use crate::gear::contact::contact_path::ContactPath;
 use crate::gear::contact::pair::FlankPair;
 use crate::gear::contact::reference::ContactForces;
 use crate::gear::load::bevel_teeth::BevelTeeth;
-use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, FlankSurplus, LEAST_ASPECT};
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, FlankSurplus, MIN_ASPECT};
 use crate::gear::load::flank_position::ToothBending;
 use crate::gear::load::flank_result::{FlankCycle, FlankLoad, FlankMeshResult, StripChange};
 use crate::gear::load::load_table::{LoadInterpolation, LoadTable};
@@ -19,21 +19,21 @@ use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::{BevelFile, MAX_STATIONS};
 
-/// Half widths of the contact in a length of its cells above which the cells are too short: recommended are 1.2 to 2 half widths.
+/// Maximum contact half width relative to the cell length; a cell length of 1.2 to 2 half widths is recommended.
 const COARSE: f64 = 1.0 / 1.2;
-/// Least cells of a contact: with five, pressure and approach are off by up to 2 %.
-const LEAST_CELLS: usize = 5;
-/// Share of the torque on edges that is worth a warning.
+/// Minimum number of cells along a contact; with five, errors of pressure and approach are at most 2 %.
+const MIN_CELLS: usize = 5;
+/// Share of the torque carried by edge contact above which a warning is issued.
 const EDGE_SHARE: f64 = 0.01;
-/// Deflection in transverse modules that no tooth bears.
-const LARGEST_DEFLECTION: f64 = 0.05;
+/// Maximum tooth deflection relative to the transverse module.
+const MAX_DEFLECTION: f64 = 0.05;
 
-/// A bevel pair under load.
+/// Mesh of a bevel pair under load.
 #[derive(Debug, Clone)]
 pub struct BevelMeshResult {
-    /// The pitch at every torque.
+    /// Mesh over one pitch at each torque.
     pub mesh: FlankMeshResult,
-    /// Lever of the contact force about the gear's axis at the reference contact, m: turn times it is a displacement along the normal.
+    /// Lever of the contact force about the gear axis at the reference contact, m: displacement along the normal per radian.
     pub lever: f64,
     /// Model of the teeth.
     pub body: &'static str,
@@ -41,20 +41,20 @@ pub struct BevelMeshResult {
     pub left_out: Vec<&'static str>,
 }
 
-/// Studies of a loaded mesh that the file asks for.
+/// Studies of a loaded mesh that the file requests.
 #[derive(Debug, Clone, Default)]
 pub struct MeshStudies {
-    /// Error of e(φ, T) from the stations by torque, rad; none where half as many do not carry.
+    /// Discretisation error of e(φ, T) by torque, rad; `None` if the mesh has no solution with half as many stations.
     pub te_errors: Option<Vec<f64>>,
-    /// Errors between the torques, N·m and rad at the gear; none of a single torque.
-    pub between_torques: Option<LoadInterpolation>,
-    /// Torques up to the largest at which strips begin or cease to carry, by position, where they are requested.
+    /// Interpolation errors between the torques, N·m and rad at the gear; `None` for a single torque.
+    pub interpolation_error: Option<LoadInterpolation>,
+    /// Torques at which strips gain or lose contact, by position, up to the largest torque; `None` unless requested.
     pub changes: Option<Vec<Vec<StripChange>>>,
-    /// The contact over load and misalignment, where departures of the axes are stated.
+    /// Contact over load and misalignment; empty unless the file states misalignments.
     pub stability: Vec<StabilityCase>,
 }
 
-/// Flanks of a file in contact, with the teeth that bend under load.
+/// Flanks of a file in contact, with the bending teeth.
 pub struct LoadedPair<'a> {
     file: &'a BevelFile,
     pair: &'a FlankPair,
@@ -65,7 +65,7 @@ pub struct LoadedPair<'a> {
 }
 
 impl<'a> LoadedPair<'a> {
-    /// The flanks of a path of contact; a gear without its tooth makes both rigid.
+    /// Pairs the flanks of a path of contact with their teeth; if either tooth is missing, both are rigid.
     ///
     /// # Errors
     /// As `BevelTeeth::new`.
@@ -90,7 +90,7 @@ impl<'a> LoadedPair<'a> {
         })
     }
 
-    /// The same with flanks that carry a surplus.
+    /// Adds a surplus to the flanks.
     pub fn with_surplus(self, surplus: &'a FlankSurplus<'a>) -> LoadedPair<'a> {
         LoadedPair {
             surplus: Some(surplus),
@@ -98,10 +98,10 @@ impl<'a> LoadedPair<'a> {
         }
     }
 
-    /// The mesh at torques of the pinion, N·m.
+    /// Computes the mesh at torques of the pinion, N·m.
     ///
     /// # Errors
-    /// A load that the teeth cannot carry; as `FlankMesh::map`.
+    /// A tooth deflection above the limit; those of `FlankMesh::map`.
     pub fn mesh(
         &self,
         torques: &[f64],
@@ -124,7 +124,7 @@ impl<'a> LoadedPair<'a> {
         })
     }
 
-    /// The studies of the file, and the error of a mesh.
+    /// Runs the studies of the file, and estimates the discretisation error of a mesh.
     ///
     /// # Errors
     /// As `FlankMesh::map`.
@@ -135,9 +135,9 @@ impl<'a> LoadedPair<'a> {
         let changes = study.changes.then(|| self.flank_mesh().changes(largest));
         let stability = stability(self.file, self.pair, self.options, self.bending());
         Ok(MeshStudies {
-            // Half as many stations may be too few to solve: then the error is not known.
+            // Half as many stations may be too few to solve; the error is then unknown.
             te_errors: self.flank_mesh().te_errors(mesh).ok(),
-            between_torques: LoadTable::of(mesh).map(|table| table.interpolation()),
+            interpolation_error: LoadTable::of(mesh).map(|table| table.interpolation()),
             changes: changes.transpose().map_err(located)?,
             stability: stability.map_err(located)?,
         })
@@ -156,7 +156,7 @@ impl<'a> LoadedPair<'a> {
     }
 }
 
-/// The stage of the plan.
+/// Decides whether the loaded mesh is computed.
 pub fn plan(file: &BevelFile) -> StageDecision {
     let study = &file.mesh;
     if study.torques.is_empty() {
@@ -166,11 +166,12 @@ pub fn plan(file: &BevelFile) -> StageDecision {
         return StageDecision::LeftOut("a flank of the contact is not described".into());
     }
     if file.is_conjugate() {
-        return StageDecision::LeftOut(
-            "conjugate flanks have no ridge of least gap: they touch along whole lines".into(),
-        );
+        return StageDecision::LeftOut("conjugate flanks touch along whole lines".into());
     }
-    let has_teeth = file.members.iter().all(|m| m.lacks_tooth().is_none());
+    let has_teeth = file
+        .members
+        .iter()
+        .all(|m| m.missing_tooth_reason().is_none());
     StageDecision::Runs(format!(
         "{} × {} positions × {} stations; {}; steel of 206 GPa{}",
         pluralise(study.torques.len(), "torque"),
@@ -178,7 +179,7 @@ pub fn plan(file: &BevelFile) -> StageDecision {
         study.stations,
         body(has_teeth),
         if study.changes {
-            "; torques at which strips begin or cease to carry"
+            "; torques at which strips gain or lose contact"
         } else {
             ""
         }
@@ -188,7 +189,7 @@ pub fn plan(file: &BevelFile) -> StageDecision {
 fn body(has_teeth: bool) -> &'static str {
     match has_teeth {
         true => "half spaces, teeth as plates with shear on an elastic root line",
-        false => "half spaces alone, rigid teeth",
+        false => "half spaces only, rigid teeth",
     }
 }
 
@@ -203,7 +204,7 @@ fn left_out(has_teeth: bool) -> Vec<&'static str> {
     teeth.into_iter().chain(always).collect()
 }
 
-/// The teeth that bend; none where a flank is not described or does not exist over the whole face.
+/// Bending model of the teeth; `None` if a flank is not described or does not exist over the whole face width.
 ///
 /// # Errors
 /// As `BevelTeeth::new`.
@@ -219,81 +220,81 @@ pub fn bending_teeth(
         .map_err(|e| e.with_span(&file.span))
 }
 
-/// The teeth are taken as rigid, with the reason.
+/// Warning that the teeth are taken as rigid, with the reason.
 fn rigid_teeth(file: &BevelFile) -> Diagnostic {
-    let lacks = (0..2).find_map(|k| Some((k, file.members[k].lacks_tooth()?)));
-    let why = match lacks {
+    let missing = (0..2).find_map(|k| Some((k, file.members[k].missing_tooth_reason()?)));
+    let cause = match missing {
         Some((k, reason)) => format!("of the {}: {reason}", MEMBERS[k]),
         None => "a flank does not exist over the whole face".into(),
     };
     Diagnostic {
         code: "rigid-teeth",
-        message: format!("the teeth do not bend in the loaded contact ({why}): it is too stiff"),
+        message: format!("the teeth do not bend in the loaded contact ({cause}): it is too stiff"),
         hint: Some("describe both flanks and `mean_normal_thickness`".into()),
     }
 }
 
-/// Refuses a torque under which the teeth would deflect by more than they bear.
+/// Refuses a torque at which the tooth deflection exceeds [`MAX_DEFLECTION`].
 fn check_deflection(file: &BevelFile, mesh: &FlankMeshResult, lever: f64) -> Result<(), Error> {
-    let mean = file.members[1].blank.mean_point()[1];
-    let module = 2.0 * mean / f64::from(file.members[1].teeth);
+    let mean_radius = file.members[1].blank.mean_point()[1];
+    let module = 2.0 * mean_radius / f64::from(file.members[1].teeth);
     for cycle in &mesh.cycles {
-        let turns = (cycle.positions.iter().zip(&mesh.unloaded_te)).map(|(p, te)| te - p.te);
-        let deflection = lever * turns.fold(0.0, f64::max);
-        if deflection > LARGEST_DEFLECTION * module {
+        let rotations = (cycle.positions.iter().zip(&mesh.unloaded_te)).map(|(p, te)| te - p.te);
+        let deflection = lever * rotations.fold(0.0, f64::max);
+        if deflection > MAX_DEFLECTION * module {
             let message = format!(
-                "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module, which no tooth bears",
+                "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module",
                 format_number(1e3 * deflection),
                 format_number(cycle.torque)
             );
-            let least = cycle.torque * LARGEST_DEFLECTION * module / deflection;
+            let limit = cycle.torque * MAX_DEFLECTION * module / deflection;
             return Err(Error::new(Code::OutOfRange, message)
                 .with_span(&file.span)
                 .with_hint(format!(
                     "give a torque of at most about {} N·m",
-                    format_number(0.9 * least)
+                    format_number(0.9 * limit)
                 )));
         }
     }
     Ok(())
 }
 
-/// Warnings on the pitch, each of the torque at which it is worst.
+/// Warnings on the contact, each at the torque where it is worst.
 fn warnings(cycles: &[FlankCycle], stations: usize) -> Vec<Diagnostic> {
-    let mut all = Vec::new();
+    let mut diagnostics = Vec::new();
     let mut warn = |code, message: String, hint: String| {
         let hint = Some(hint);
-        all.push(Diagnostic {
+        diagnostics.push(Diagnostic {
             code,
             message,
             hint,
         });
     };
-    let worst = |of: fn(&FlankLoad) -> f64| {
-        let most = |cycle: &FlankCycle| cycle.of(of).into_iter().fold(0.0, f64::max);
-        let all = cycles.iter().map(|c| (most(c), format_number(c.torque)));
-        all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+    let worst = |quantity: fn(&FlankLoad) -> f64| {
+        let maximum = |cycle: &FlankCycle| cycle.of(quantity).into_iter().fold(0.0, f64::max);
+        let rows = cycles.iter().map(|c| (maximum(c), format_number(c.torque)));
+        rows.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
     };
     let (edges, torque) = worst(|p| p.edge_share);
     if edges > EDGE_SHARE {
         warn(
             "edge-contact",
             format!(
-                "edges of the teeth carry up to {:.0} % of {torque} N·m: the pressure there has no bound and is not in the table",
+                "edges of the teeth carry up to {:.0} % of {torque} N·m: the pressure there is unbounded and not in the table",
                 100.0 * edges
             ),
             "more crowning, or another [assembly], keeps the contact on the flanks".into(),
         );
     }
-    let (coarse, torque) = worst(|p| p.coarse);
+    let (coarse, torque) = worst(|p| p.cell_width_ratio);
     if coarse > COARSE {
         warn(
             "short-cells",
             format!(
-                "the contact at {torque} N·m is up to {coarse:.1} half widths wide on a cell's length (limit {COARSE:.2}): its pressure is not resolved"
+                "the contact at {torque} N·m is up to {coarse:.1} half widths per cell length (limit {COARSE:.2}): its pressure is not resolved"
             ),
             format!(
-                "give fewer `stations` in [mesh] than {stations}, or the largest torques in a run of their own"
+                "give fewer `stations` in [mesh] than {stations}, or run the largest torques separately"
             ),
         );
     }
@@ -302,35 +303,35 @@ fn warnings(cycles: &[FlankCycle], stations: usize) -> Vec<Diagnostic> {
         warn(
             "ellipse-beyond-teeth",
             format!(
-                "the contact ellipse at {torque} N·m is {overhang:.1} times as long as the teeth have room for: approach and pressure are those of a whole ellipse"
+                "the contact ellipse at {torque} N·m is {overhang:.1} times as long as the available face: approach and pressure are those of a whole ellipse"
             ),
             format!(
-                "give a smaller torque, or less crowning: strips resolve ellipses from a/b {LEAST_ASPECT}"
+                "give a smaller torque, or less crowning: strips resolve ellipses from a/b {MIN_ASPECT}"
             ),
         );
     }
     let cells = cycles.iter().filter_map(|cycle| {
-        let least = cycle
+        let shortest = cycle
             .positions
             .iter()
             .filter_map(|p| p.longest_contact())
             .min()?;
-        Some((least, format_number(cycle.torque)))
+        Some((shortest, format_number(cycle.torque)))
     });
-    let least = cells.min_by_key(|(cells, _)| *cells);
-    if let Some((cells, torque)) = least.filter(|(cells, _)| *cells < LEAST_CELLS) {
-        let enough = (stations * LEAST_CELLS).div_ceil(cells.max(1));
-        let enough = enough.min(MAX_STATIONS as usize);
+    let shortest = cells.min_by_key(|(cells, _)| *cells);
+    if let Some((cells, torque)) = shortest.filter(|(cells, _)| *cells < MIN_CELLS) {
+        let needed = (stations * MIN_CELLS).div_ceil(cells.max(1));
+        let needed = needed.min(MAX_STATIONS as usize);
         warn(
             "short-contact",
             format!(
-                "at some position no contact at {torque} N·m covers more than {} (limit {LEAST_CELLS}): approach and pressure are off by more than 2 %",
+                "at some position no contact at {torque} N·m covers more than {} (limit {MIN_CELLS}): approach and pressure are off by more than 2 %",
                 pluralise(cells, "station")
             ),
             format!(
-                "give about {enough} `stations` in [mesh], there are {stations}; or a larger torque"
+                "give about {needed} `stations` in [mesh], there are {stations}; or a larger torque"
             ),
         );
     }
-    all
+    diagnostics
 }

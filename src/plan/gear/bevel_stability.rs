@@ -1,4 +1,4 @@
-//! Stability of the loaded contact of a bevel pair: pattern, transmission error and pressure over load and misalignment.
+//! Sensitivity of the loaded contact of a bevel pair: pattern, transmission error and pressure over load and misalignment.
 
 use crate::base::error::Error;
 use crate::base::quantity::format_number;
@@ -11,38 +11,38 @@ use crate::numeric::statistics::peak_to_peak;
 use crate::plan::decision::StageDecision;
 use crate::scene::bevel_file::BevelFile;
 
-/// The loaded contact under one departure of the axes.
+/// Loaded contact under one misalignment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StabilityCase {
-    /// The departure in words.
+    /// Name of the misalignment.
     pub name: String,
-    /// Departure from the places of the file.
+    /// Misalignment relative to the assembly of the file.
     pub change: Assembly,
     /// Torque at the pinion, N·m.
     pub torque: f64,
-    /// The contact; none where the flanks do not touch near the middle of their teeth.
+    /// Contact; absent if the flanks do not touch near the middle of the teeth.
     pub contact: Option<LoadedPattern>,
 }
 
 /// Pattern, transmission error and pressure over one pitch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadedPattern {
-    /// Centre of the pattern, the places weighted with their forces, as shares of face and height of the pinion.
+    /// Force-weighted centre of the pattern as fractions of face and height of the pinion.
     pub centre: [f64; 2],
-    /// Shift from the centre of the file at the same torque along face and height, m.
+    /// Shift from the centre without misalignment at the same torque along face and height, m.
     pub shift: [f64; 2],
     /// Peak-to-peak transmission error, rad at the gear.
     pub peak_to_peak: f64,
-    /// Greatest pressure within the flanks, Pa.
+    /// Maximum pressure within the flanks, Pa.
     pub pressure: Option<f64>,
-    /// Largest share of the torque on edges.
+    /// Maximum share of the torque on edges, 0 to 1.
     pub edge_share: f64,
 }
 
-/// The contact of the file at its least and largest torque, then under each tolerance both ways and under the deflection of the housing.
+/// Loaded contact at the smallest and largest torque: without misalignment, with each tolerance in both directions, with housing deflection.
 ///
 /// # Errors
-/// As `FlankMesh::map`.
+/// Those of `FlankMesh::map`.
 pub fn stability(
     file: &BevelFile,
     pair: &FlankPair,
@@ -54,51 +54,51 @@ pub fn stability(
     }
     let mut cases = Vec::new();
     for torque in torques(file) {
-        for (name, change) in departures(file, torque) {
+        for (name, change) in misalignments(file, torque) {
             cases.push((name, change, torque));
         }
     }
     let results = parallel::try_map(&cases, |(_, change, torque)| {
-        state(file, pair, change, *torque, (options, teeth))
+        loaded_contact(file, pair, change, *torque, (options, teeth))
     })?;
     let nominal = |torque: f64| {
-        let found = cases.iter().zip(&results);
-        let mut found =
-            found.filter(|((_, change, of), _)| *of == torque && *change == Assembly::default());
-        found.next().and_then(|(_, state)| state.map(|s| s.centre))
+        let pairs = cases.iter().zip(&results);
+        let mut pairs =
+            pairs.filter(|((_, change, t), _)| *t == torque && *change == Assembly::default());
+        pairs.next().and_then(|(_, c)| c.map(|s| s.centre))
     };
     let lengths = pair.flanks[0].section.mean_lengths();
-    let named = cases.iter().zip(&results);
+    let pairs = cases.iter().zip(&results);
     let case =
-        |((name, change, torque), state): (&(String, Assembly, f64), &Option<LoadedPattern>)| {
-            let from = nominal(*torque);
-            let shifted = |state: LoadedPattern| LoadedPattern {
+        |((name, change, torque), contact): (&(String, Assembly, f64), &Option<LoadedPattern>)| {
+            let base = nominal(*torque);
+            let shifted = |contact: LoadedPattern| LoadedPattern {
                 shift: [0, 1].map(|k| {
-                    from.map_or(f64::NAN, |from| lengths[k] * (state.centre[k] - from[k]))
+                    base.map_or(f64::NAN, |base| lengths[k] * (contact.centre[k] - base[k]))
                 }),
-                ..state
+                ..contact
             };
             StabilityCase {
                 name: name.clone(),
                 change: *change,
                 torque: *torque,
-                contact: state.map(shifted),
+                contact: contact.map(shifted),
             }
         };
-    Ok(named.map(case).collect())
+    Ok(pairs.map(case).collect())
 }
 
-/// The stage of the plan; none where nothing is requested.
+/// Stage of the plan; `None` if the study is not requested.
 pub fn plan(file: &BevelFile) -> Option<StageDecision> {
     if file.stability.is_empty() {
         return None;
     }
     let torques = torques(file);
-    let cases: usize = torques.iter().map(|t| departures(file, *t).len()).sum();
+    let cases: usize = torques.iter().map(|t| misalignments(file, *t).len()).sum();
     Some(match cases {
         0 => StageDecision::LeftOut("no torque is given: [mesh] torque, or --torque".into()),
         _ if file.missing_flank().is_some() || file.is_conjugate() => {
-            StageDecision::LeftOut("without a loaded contact nothing is compared".into())
+            StageDecision::LeftOut("there is no loaded contact to compare".into())
         }
         n => StageDecision::Runs(format!(
             "{n} loaded contacts: tolerances both ways, housing"
@@ -106,26 +106,26 @@ pub fn plan(file: &BevelFile) -> Option<StageDecision> {
     })
 }
 
-/// Least and largest torque of the file.
+/// Smallest and largest torque of the file, N·m.
 fn torques(file: &BevelFile) -> Vec<f64> {
     match file.mesh.torques[..] {
         [] => Vec::new(),
-        [only] => vec![only],
+        [torque] => vec![torque],
         [first, .., last] => vec![first, last],
     }
 }
 
-/// Departures with their names, none first.
-fn departures(file: &BevelFile, torque: f64) -> Vec<(String, Assembly)> {
+/// Misalignments with their names, the zero misalignment first.
+fn misalignments(file: &BevelFile, torque: f64) -> Vec<(String, Assembly)> {
     let t = &file.stability.tolerance;
-    let none = Assembly::default();
-    let single = [
+    let zero = Assembly::default();
+    let tolerances = [
         (
             "E",
             t.offset,
             Assembly {
                 offset: t.offset,
-                ..none
+                ..zero
             },
         ),
         (
@@ -133,7 +133,7 @@ fn departures(file: &BevelFile, torque: f64) -> Vec<(String, Assembly)> {
             t.pinion_axial,
             Assembly {
                 pinion_axial: t.pinion_axial,
-                ..none
+                ..zero
             },
         ),
         (
@@ -141,7 +141,7 @@ fn departures(file: &BevelFile, torque: f64) -> Vec<(String, Assembly)> {
             t.gear_axial,
             Assembly {
                 gear_axial: t.gear_axial,
-                ..none
+                ..zero
             },
         ),
         (
@@ -149,30 +149,30 @@ fn departures(file: &BevelFile, torque: f64) -> Vec<(String, Assembly)> {
             t.shaft_angle,
             Assembly {
                 shaft_angle: t.shaft_angle,
-                ..none
+                ..zero
             },
         ),
     ];
-    let mut all = vec![("as in the file".to_string(), none)];
-    for (symbol, size, change) in single {
+    let mut cases = vec![("as in the file".to_string(), zero)];
+    for (symbol, size, change) in tolerances {
         if size != 0.0 {
-            let shown = match symbol {
+            let value = match symbol {
                 "ΔΣ" => format!("{}′", format_number(60.0 * size.to_degrees())),
                 _ => format!("{} µm", format_number(1e6 * size)),
             };
-            all.push((format!("{symbol} +{shown}"), change));
-            all.push((format!("{symbol} −{shown}"), none.changed(&change, -1.0)));
+            cases.push((format!("{symbol} +{value}"), change));
+            cases.push((format!("{symbol} −{value}"), zero.changed(&change, -1.0)));
         }
     }
     if let Some(housing) = &file.stability.housing {
-        let change = none.changed(&housing.change, torque / housing.torque);
-        all.push(("housing".to_string(), change));
+        let change = zero.changed(&housing.change, torque / housing.torque);
+        cases.push(("housing".to_string(), change));
     }
-    all
+    cases
 }
 
-/// The contact under a departure.
-fn state(
+/// Loaded contact under a misalignment.
+fn loaded_contact(
     file: &BevelFile,
     pair: &FlankPair,
     change: &Assembly,
@@ -180,24 +180,24 @@ fn state(
     (options, teeth): (FlankMeshOptions, Option<&dyn ToothBending>),
 ) -> Result<Option<LoadedPattern>, Error> {
     let assembly = file.assembly().changed(change, 1.0);
-    let moved = FlankPair::new(pair.flanks.clone(), pair.teeth, file.hand, &assembly);
-    let path = moved.path_near_teeth(file.contact.pitches, file.contact.positions);
+    let misaligned = FlankPair::new(pair.flanks.clone(), pair.teeth, file.hand, &assembly);
+    let path = misaligned.path_near_teeth(file.contact.pitches, file.contact.positions);
     let Some(path) = path else {
         return Ok(None);
     };
-    let result = FlankMesh::new(&moved, &path, options, teeth).map(&[torque])?;
+    let result = FlankMesh::new(&misaligned, &path, options, teeth).map(&[torque])?;
     Ok(result
         .cycles
         .first()
-        .and_then(|cycle| of_cycle(pair, cycle)))
+        .and_then(|cycle| loaded_pattern(pair, cycle)))
 }
 
-fn of_cycle(pair: &FlankPair, cycle: &FlankCycle) -> Option<LoadedPattern> {
+fn loaded_pattern(pair: &FlankPair, cycle: &FlankCycle) -> Option<LoadedPattern> {
     Some(LoadedPattern {
         centre: pair.flanks[0].section.shares(cycle.centre(0)?)?,
         shift: [0.0; 2],
         peak_to_peak: peak_to_peak(&cycle.of(|p| p.te)),
-        pressure: cycle.most_pressed().and_then(|p| p.pressure),
+        pressure: cycle.max_pressure_position().and_then(|p| p.pressure),
         edge_share: cycle.of(|p| p.edge_share).into_iter().fold(0.0, f64::max),
     })
 }

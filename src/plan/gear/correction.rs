@@ -1,4 +1,4 @@
-//! Correction of the settings of a measured bevel gear: nodes, fit, settings of the next cut, what no settings take away.
+//! Correction of the machine settings of a measured bevel gear: nodes, fit, settings of the next cut, residual shapes.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::gear::cut::measured_flank::{Deviations, MeasuredFlank};
 use crate::gear::cut::next_cut::NextCut;
 use crate::gear::cut::root_point::RootPoint;
 use crate::gear::cut::setting::{FlankSetup, Setting};
-use crate::gear::cut::shapes::{ShapeRest, shape_rests};
+use crate::gear::cut::shapes::{ResidualShape, residual_shapes};
 use crate::gear::hand::Hand;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -33,48 +33,48 @@ pub struct CorrectionResult {
     pub member: usize,
     /// Index of each flank: 0 concave, 1 convex.
     pub sides: Vec<usize>,
-    /// Flanks with their deviations, and what may be changed.
+    /// Flanks with their deviations, and the settings that may change.
     pub problem: CorrectionProblem,
-    /// Settings whose flanks have the deviations.
+    /// Settings whose flanks reproduce the measured deviations.
     pub fit: CorrectionFit,
-    /// Measured deviations less a turn of the work, by flank and node, m.
+    /// Measured deviations without the best-fit rotation of the workpiece, by flank and node, m.
     pub before: Vec<Vec<Option<f64>>>,
-    /// The next cut.
+    /// Settings and expected deviations of the next cut.
     pub next: NextCut,
-    /// Dials of each flank.
+    /// Machine dials of each flank.
     pub dials: Vec<Vec<Dial>>,
-    /// Both flanks are measured and cut at one setting of the machine.
+    /// True if both flanks are measured and cut at one machine setting.
     pub is_one_setting: bool,
-    /// The machine that cuts the measured flank cuts the other one as well.
-    pub moves_other: bool,
-    /// Depth that the next cut adds to the slot at toe, middle and heel, m, by flank; none where the tip plane does not pass there.
+    /// True if the machine setting of the only measured flank also cuts the other flank.
+    pub cuts_other_flank: bool,
+    /// Depth that the next cut adds to the slot at toe, middle and heel, m, by flank; `None` if the blade tip plane misses a point.
     pub depths: Vec<Option<[f64; 3]>>,
-    /// Shapes that no settings take away.
-    pub shapes: Vec<ShapeRest>,
-    /// Contact of the pair before and after, where an ease-off is wanted.
+    /// Deviation shapes that no setting removes.
+    pub shapes: Vec<ResidualShape>,
+    /// Contact of the pair before and after the correction, if an ease-off is requested.
     pub contact: Option<ContactChange>,
-    /// File and grid.
+    /// Sources of the gear file and of the grid.
     pub sources: Vec<Arc<SourceFile>>,
-    /// Stages.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Contact of a pair at two settings of its pinion; none where the flanks do not touch.
+/// Contact of a pair at two settings of its pinion; `None` if the flanks do not touch.
 #[derive(Debug, Clone)]
 pub struct ContactChange {
-    /// At the settings of the file.
+    /// Contact at the settings of the file.
     pub now: Option<BevelContact>,
-    /// At those of the next cut.
+    /// Contact at the settings of the next cut.
     pub next: Option<BevelContact>,
 }
 
-/// Reach of a setting: the unit in which changes are weighed against each other, 10′, 0.1 mm, a hundredth of the ratio of roll, and 1/m of
-/// the curvature of a profile, 4.5 µm at 3 mm from its profile height.
+/// Reach of a setting, the unit that makes changes comparable: 10′, 0.1 mm, 1 % of the ratio of roll, and a profile curvature of 1/m, which
+/// is 4.5 µm at 3 mm from the profile height.
 fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
     use crate::gear::cut::setting::SettingKind::{Angle, Length, Ratio};
-    /// Reaches of the coefficients 2C, 6D, 24E, 120F: each turns the work alike at the ends of the roll.
+    /// Reaches of the coefficients 2C, 6D, 24E, 120F; all rotate the workpiece equally at the ends of the roll.
     const MODIFIED_ROLL: [f64; 4] = [1e-2, 1e-1, 1.0, 10.0];
     match (setting, setting.kind()) {
         (Setting::ModifiedRoll(k), _) => MODIFIED_ROLL[k],
@@ -86,28 +86,28 @@ fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
 }
 
 impl CorrectionStudy {
-    /// Settings that may be changed of the flanks of a member.
+    /// Settings of the flanks of a member that may change.
     ///
     /// # Errors
-    /// Settings that the process or a straight blade does not have, at the member.
+    /// A setting that the process or a straight blade does not have.
     pub(super) fn settings_for(
         &self,
         file: &BevelFile,
         member: usize,
         sides: &[usize],
     ) -> Result<Vec<Setting>, Error> {
-        let of = &file.members[member];
+        let gear = &file.members[member];
         let conflict = |message: String, hint: &str| {
             Error::new(Code::Conflict, message)
-                .with_span(&of.span)
+                .with_span(&gear.span)
                 .with_hint(hint)
         };
-        let settings = self.settings_of(of.process).map_err(|name| {
+        let settings = self.settings_of(gear.process).map_err(|name| {
             let message = format!("the {} is formate and has no `{name}`", MEMBERS[member]);
-            conflict(message, "leave it out of `settings`")
+            conflict(message, "omit it in `settings`")
         })?;
         let is_straight = |side: &&usize| {
-            of.flanks[**side].is_some_and(|cut| cut.cutter.profile_curvature == 0.0)
+            gear.flanks[**side].is_some_and(|cut| cut.cutter.profile_curvature == 0.0)
         };
         let straight = (sides.iter().find(is_straight))
             .filter(|_| settings.contains(&Setting::ProfileCurvature));
@@ -118,28 +118,28 @@ impl CorrectionStudy {
                     "the {} flank of the {} is cut by a straight blade, which has no `profile_radius`",
                     SIDES[*side], MEMBERS[member]
                 ),
-                "give the blade a large `profile_radius` and its `profile_height`, or leave it out of `settings`",
+                "give the blade a large `profile_radius` and its `profile_height`, or omit it in `settings`",
             )),
         }
     }
 }
 
-/// Finds the settings of the next cut.
+/// Computes the settings of the next cut.
 ///
 /// # Errors
-/// A flank that the file does not describe, nodes beyond it, normals of another flank, settings that the process does not have.
+/// A flank that the file does not describe, nodes outside it, normals of another flank, settings that the process does not have.
 pub fn run(
     file: &BevelFile,
     study: &CorrectionStudy,
     grid: &MeasuredGrid,
 ) -> Result<CorrectionResult, Error> {
     let member = study.member.index();
-    let of = &file.members[member];
+    let gear = &file.members[member];
     let sides = sides(file, study, grid)?;
     let settings = study.settings_for(file, member, &sides)?;
     let cuts: Vec<&FlankCut> = sides
         .iter()
-        .filter_map(|side| of.flanks[*side].as_ref())
+        .filter_map(|side| gear.flanks[*side].as_ref())
         .collect();
     let mut diagnostics = Vec::new();
     let mut flanks = Vec::with_capacity(sides.len());
@@ -157,18 +157,18 @@ pub fn run(
         flanks,
         least: study.least,
     };
-    let at_grid = |error: Error| error.with_span(&grid.nodes[0].span);
-    let fit = problem.solve().map_err(at_grid)?;
-    let unchanged = CorrectionProblem {
+    let with_grid_span = |error: Error| error.with_span(&grid.nodes[0].span);
+    let fit = problem.solve().map_err(with_grid_span)?;
+    let uncorrected = CorrectionProblem {
         unknowns: Vec::new(),
         ..problem.clone()
     };
-    let before = unchanged.solve().map_err(at_grid)?.rests;
+    let before = uncorrected.solve().map_err(with_grid_span)?.residuals;
     let dials: Vec<Vec<Dial>> = cuts.iter().map(|cut| dials(&settings, cut)).collect();
     let root = |side: &usize| RootPoint::of(&file.flank(member, *side)?);
     let roots: Vec<Option<[RootPoint; 3]>> = sides.iter().map(root).collect();
     let next = problem.next_cut(&fit, &dials, &study.steps, &roots);
-    let next = next.map_err(at_grid)?;
+    let next = next.map_err(with_grid_span)?;
     let hint = "check member, flank and sign of the deviations, or free fewer settings";
     diagnostics.extend(not_converged(&fit, hint));
     diagnostics.extend(large_change(
@@ -179,17 +179,17 @@ pub fn run(
             "check member, flank and units, or free fewer settings by --settings",
         ),
     ));
-    diagnostics.extend(nothing_moves(&fit, study.least));
-    diagnostics.extend(no_better(&before, &next).filter(|_| fit.kept > 0));
-    let moves_other = match sides[..] {
-        [side] => of.flanks[1 - side].is_some_and(|other| other.settings == cuts[0].settings),
+    diagnostics.extend(no_effective_setting(&fit, study.least));
+    diagnostics.extend(no_improvement(&before, &next).filter(|_| fit.kept > 0));
+    let cuts_other_flank = match sides[..] {
+        [side] => gear.flanks[1 - side].is_some_and(|other| other.settings == cuts[0].settings),
         _ => false,
     };
-    if moves_other {
+    if cuts_other_flank {
         diagnostics.push(Diagnostic {
             code: "other-flank",
             message: format!(
-                "the {} flank is cut at the same settings and moves with them: its deviations are not in the grid",
+                "the {} flank is cut at the same settings and changes with them: its deviations are not in the grid",
                 SIDES[1 - sides[0]]
             ),
             hint: Some("measure both flanks".into()),
@@ -200,9 +200,9 @@ pub fn run(
         depths(roots.as_ref(), setup, hand)
     };
     let depths: Vec<Option<[f64; 3]>> = roots.iter().zip(&next.setups).map(depth).collect();
-    diagnostics.extend(depth_warning(&depths, &of.section, &sides));
+    diagnostics.extend(depth_warning(&depths, &gear.section, &sides));
     Ok(CorrectionResult {
-        shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
+        shapes: residual_shapes(&problem.flanks, &fit.nominal, fit.kept),
         plan: plan(study, &settings, &problem, &fit),
         sources: vec![file.source.clone(), grid.source.clone()],
         member,
@@ -213,64 +213,64 @@ pub fn run(
         next,
         dials,
         is_one_setting,
-        moves_other,
+        cuts_other_flank,
         depths,
         contact: None,
         diagnostics,
     })
 }
 
-/// Settings as unknowns: the machine of flanks cut at one setting once, everything else for each flank.
+/// Unknowns of the fit: machine settings once for flanks cut at one setting, all other settings for each flank.
 pub(super) fn unknowns(
     settings: &[Setting],
     flanks: &[MeasuredFlank],
     is_one_setting: bool,
 ) -> Vec<Unknown> {
-    let mut all = Vec::new();
+    let mut unknowns = Vec::new();
     for setting in settings {
         let reach = |f: usize| reach(*setting, &flanks[f].setup);
         let groups: Vec<Vec<usize>> = match is_one_setting && !setting.is_of_cutter() {
             true => vec![vec![0, 1]],
             false => (0..flanks.len()).map(|f| vec![f]).collect(),
         };
-        all.extend(groups.into_iter().map(|flanks| Unknown {
+        unknowns.extend(groups.into_iter().map(|flanks| Unknown {
             setting: *setting,
             reach: reach(flanks[0]),
             flanks,
         }));
     }
-    all
+    unknowns
 }
 
-/// Dials that show the settings.
+/// Dials of the machine that display the settings.
 pub(super) fn dials(settings: &[Setting], cut: &FlankCut) -> Vec<Dial> {
-    let mut all: Vec<Dial> = Vec::new();
+    let mut shown: Vec<Dial> = Vec::new();
     let constant = cut.eccentric.map(|eccentric| eccentric.machine_constant);
     for dial in settings
         .iter()
         .flat_map(|setting| Dial::of(*setting, constant))
     {
-        if !all.contains(&dial) {
-            all.push(dial);
+        if !shown.contains(&dial) {
+            shown.push(dial);
         }
     }
-    all
+    shown
 }
 
-/// A warning of a search that did not end.
+/// Warning of a fit that did not converge.
 pub(super) fn not_converged(fit: &CorrectionFit, hint: &str) -> Option<Diagnostic> {
     (!fit.is_converged).then(|| Diagnostic {
         code: "not-converged",
         message: format!(
-            "the settings did not settle in {}",
+            "the settings did not converge in {}",
             pluralise(fit.steps, "step")
         ),
         hint: Some(hint.into()),
     })
 }
 
-/// A warning where no direction of settings moves the flank.
-pub(super) fn nothing_moves(fit: &CorrectionFit, least: f64) -> Option<Diagnostic> {
+/// Warning that no combination of settings moves the flank by `least`, m rms.
+pub(super) fn no_effective_setting(fit: &CorrectionFit, least: f64) -> Option<Diagnostic> {
     (fit.kept == 0).then(|| Diagnostic {
         code: "nothing-changes",
         message: format!(
@@ -281,52 +281,52 @@ pub(super) fn nothing_moves(fit: &CorrectionFit, least: f64) -> Option<Diagnosti
     })
 }
 
-/// A warning of a next cut that is no better than the measured one: the steps of the dials are too coarse.
-fn no_better(before: &[Vec<Option<f64>>], next: &NextCut) -> Option<Diagnostic> {
-    let rms = |all: &[Vec<Option<f64>>]| Deviations::of(&all.concat()).rms;
-    let [now, then] = [rms(before), rms(&next.deviations)];
-    (then >= now).then(|| Diagnostic {
+/// Warning that the next cut has no smaller deviations than the measured one, since the dial steps are too coarse.
+fn no_improvement(before: &[Vec<Option<f64>>], next: &NextCut) -> Option<Diagnostic> {
+    let rms = |deviations: &[Vec<Option<f64>>]| Deviations::of(&deviations.concat()).rms;
+    let [measured, predicted] = [rms(before), rms(&next.deviations)];
+    (predicted >= measured).then(|| Diagnostic {
         code: "no-better",
         message: format!(
-            "the next cut would have {:.3} µm rms and the measured one has {:.3} µm: leave the settings",
-            1e6 * then,
-            1e6 * now
+            "the next cut would have {:.3} µm rms and the measured one has {:.3} µm: keep the settings",
+            1e6 * predicted,
+            1e6 * measured
         ),
-        hint: Some("take finer steps of the dials, or free other settings".into()),
+        hint: Some("use finer steps of the dials, or free other settings".into()),
     })
 }
 
-/// Depth that settings add to the slot at toe, middle and heel, m.
+/// Depth that settings add to the slot at toe, middle and heel, m; `None` without root points.
 pub(super) fn depths(
     roots: Option<&[RootPoint; 3]>,
     setup: &FlankSetup,
     hand: Hand,
 ) -> Option<[f64; 3]> {
-    let [toe, middle, heel] = roots?.each_ref().map(|root| root.deeper_by(setup, hand));
+    let [toe, middle, heel] = roots?.each_ref().map(|root| root.depth_change(setup, hand));
     Some([toe?, middle?, heel?])
 }
 
-/// Change of the slot's depth that is named, as a share of the depth of the tooth.
+/// Change of slot depth, relative to the tooth depth, above which a warning is issued.
 const DEPTH_CHANGE: f64 = 0.01;
 
-/// A warning of slots that become deeper or shallower.
+/// Warning of slots that become deeper or shallower, with the largest change.
 pub(super) fn depth_warning(
     depths: &[Option<[f64; 3]>],
     section: &ToothSection,
     sides: &[usize],
 ) -> Option<Diagnostic> {
     let places = ["toe", "middle", "heel"];
-    let all = depths.iter().zip(sides).flat_map(|(depths, side)| {
-        let of = |(depth, place)| (depth, place, SIDES[*side]);
+    let changes = depths.iter().zip(sides).flat_map(|(depths, side)| {
+        let with_side = |(depth, place)| (depth, place, SIDES[*side]);
         depths
             .iter()
             .flatten()
             .copied()
             .zip(places)
-            .map(of)
+            .map(with_side)
             .collect::<Vec<_>>()
     });
-    let (depth, place, side) = all
+    let (depth, place, side) = changes
         .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
         .filter(|(depth, ..)| depth.abs() > DEPTH_CHANGE * section.depth())?;
     Some(Diagnostic {
@@ -336,28 +336,28 @@ pub(super) fn depth_warning(
             1e3 * depth.abs(),
             if depth > 0.0 { "deeper" } else { "shallower" }
         ),
-        hint: Some("check clearance and root; hold machine_root_angle and sliding_base out of --settings, or give the blanks another depth".into()),
+        hint: Some("check clearance and root; omit machine_root_angle and sliding_base from --settings, or give the blanks another depth".into()),
     })
 }
 
-/// Changes beyond this many reaches are not small errors of a machine.
-const FAR: f64 = 10.0;
+/// Change in reaches above which it exceeds the errors of a machine.
+const LARGE_CHANGE: f64 = 10.0;
 
-/// A warning of large changes, with what they are and a hint.
+/// Warning of the largest change above [`LARGE_CHANGE`], with its meaning and a hint.
 pub(super) fn large_change(
     problem: &CorrectionProblem,
     fit: &CorrectionFit,
-    (what, hint): (&str, &str),
+    (meaning, hint): (&str, &str),
 ) -> Option<Diagnostic> {
-    let in_reach = problem.unknowns.iter().zip(&fit.changes);
-    let worst = in_reach
+    let changes = problem.unknowns.iter().zip(&fit.changes);
+    let worst = changes
         .map(|(unknown, change)| (unknown.setting, (change / unknown.reach).abs()))
         .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, size)| *size > FAR)?;
+        .filter(|(_, size)| *size > LARGE_CHANGE)?;
     Some(Diagnostic {
         code: "large-change",
         message: format!(
-            "`{}` would change by {:.0} times 10′, 0.1 mm, 1 % of the ratio of roll or 1/m of the curvature of a profile: {what}",
+            "`{}` would change by {:.0} times 10′, 0.1 mm, 1 % of the ratio of roll or 1/m of the curvature of a profile: {meaning}",
             setting_name(worst.0),
             worst.1
         ),
@@ -365,7 +365,7 @@ pub(super) fn large_change(
     })
 }
 
-/// The stages of a correction.
+/// Stages of a correction with their decisions.
 pub(super) fn plan(
     study: &CorrectionStudy,
     settings: &[Setting],
@@ -402,7 +402,7 @@ pub(super) fn plan(
         ),
         (
             "tooth thickness",
-            LeftOut("each flank is turned by itself to its least deviation".into()),
+            LeftOut("each flank is rotated separately to its least deviation".into()),
         ),
     ]
 }

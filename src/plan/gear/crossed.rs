@@ -33,7 +33,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
     let [first, last] = path.ends_on_flanks();
     if !(last > first) {
         let message = format!(
-            "the tips of the gears do not reach each other: the contact would end {:.3} mm before it begins",
+            "the tips of the gears do not touch: the contact would end {:.3} mm before it begins",
             1e3 * (first - last)
         );
         return Err(Error::new(Code::OutOfRange, message)
@@ -96,7 +96,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         in_space: {
             let (pair, path, widths) = (*pair, path, face_widths(file, &path));
             let (coating, mirror) = (file.coating, file.mirror);
-            let turning = move || Some(pair.turning(&path, widths, coating)?.of_hand(mirror));
+            let turning = move || Some(pair.turning_pair(&path, widths, coating)?.of_hand(mirror));
             LazyLock::new(Box::new(turning))
         },
         plan: plan(file),
@@ -247,7 +247,7 @@ fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Ve
         all.push(Diagnostic {
             code: "interference",
             message: format!(
-                "the flank of the gear enters that of the pinion by {:.1} µm at radii of {:.3} and {:.3} mm, off the path of contact",
+                "the flank of the gear penetrates that of the pinion by {:.1} µm at radii of {:.3} and {:.3} mm, off the path of contact",
                 1e6 * cut.depth,
                 1e3 * cut.radii[0],
                 1e3 * cut.radii[1]
@@ -286,7 +286,7 @@ fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Ve
         all.push(Diagnostic {
             code: "contact-ends",
             message: format!(
-                "the contact leaves the face of the {}: it needs {:.3} mm, face_width is {:.3} mm",
+                "the contact extends beyond the face of the {}: it needs {:.3} mm, face_width is {:.3} mm",
                 MEMBERS[k],
                 1e3 * needed[k],
                 1e3 * width

@@ -71,7 +71,7 @@ fn left_out(flank: &CutFlankResult) -> Option<Diagnostic> {
     (most > 0).then(|| Diagnostic {
         code: "undercut",
         message: format!(
-            "{most} of {} nodes of the {} flank of the {} are left out: more passes than can be compared reach them, or no blade does",
+            "{most} of {} nodes of the {} flank of the {} are left out: more passes than can be compared reach them, or none",
             flank.grid.nodes.len(),
             SIDES[flank.side],
             MEMBERS[flank.member]
@@ -110,13 +110,13 @@ fn plan(
     let study = &file.study;
     let step = study.feed(true).step().to_degrees();
     let rolls = study.cradle_speed.is_some();
-    let nodes = flanks.iter().filter_map(|f| f.nodes_a_scallop);
+    let nodes = flanks.iter().filter_map(|f| f.nodes_per_scallop);
     let coarse = match nodes.reduce(f64::min) {
-        Some(nodes) => format!("; {nodes:.1} nodes a scallop or more"),
+        Some(nodes) => format!("; at least {nodes:.1} nodes per scallop"),
         None => String::new(),
     };
     let maps = format!(
-        "{} blades on rays along the normals of {} × {} nodes; every node keeps the least distance over the passes near it{coarse}",
+        "{} blades on rays along the normals of {} × {} nodes; each node has the least distance over the passes near it{coarse}",
         study.blades, study.grid[0], study.grid[1]
     );
     let given = |is_given: bool, what: String, why: &str| match is_given {
@@ -167,7 +167,7 @@ fn plan(
         ("chips", cut_chips::decision(chips)),
         (
             "regeneration",
-            LeftOut("vibration of the cut does not return in the chips of later blades".into()),
+            LeftOut("vibration of the cut is not fed back to the chips of later blades".into()),
         ),
     ]
 }

@@ -1,4 +1,4 @@
-//! Causes of the deviations of a cut flank, each with the conditions of its cut.
+//! Causes of the deviations of a cut flank, each with its cutting conditions.
 
 use std::f64::consts::TAU;
 
@@ -12,25 +12,25 @@ use crate::gear::cut::cutter_head::BladeFeed;
 use crate::scene::cut_file::CutFile;
 use crate::scene::cut_study::{ChainError, CutTarget, SpindleHistory};
 
-/// Name of the cut by regular blades alone.
+/// Name of the cut by blades without errors.
 pub const REGULAR: &str = "regular blades";
-/// Name of the cut by blades with their run-out.
+/// Name of the cut by blades with run-out.
 pub const RUN_OUT: &str = "run-out";
-/// Name of the cut with every cause.
+/// Name of the cut with all causes.
 pub const ALL: &str = "all causes";
 
-/// A cause with the conditions of the cut.
+/// Cause of deviations with its cutting conditions.
 pub struct CutCause {
-    /// Heading under which it is reported.
+    /// Heading in the report.
     pub name: String,
-    /// The conditions.
+    /// Cutting conditions.
     pub conditions: CutConditions,
 }
 
-/// The causes of a flank: regular blades, each further cause with them, and all together where there are several.
+/// Causes of the deviations of a flank: regular blades, each further cause alone, and all causes combined if there are several.
 ///
 /// # Errors
-/// A history that ends before the roll over the flank.
+/// A history shorter than the roll over the flank, or at a different speed.
 pub fn of_flank(
     file: &CutFile,
     settings: &MachineSettings,
@@ -42,12 +42,12 @@ pub fn of_flank(
         name: REGULAR.into(),
         conditions: CutConditions::regular(feed),
     }];
-    let mut all = CutConditions::regular(feed);
+    let mut combined = CutConditions::regular(feed);
     if !study.offsets.is_empty() {
-        all.offsets = study.offsets.clone();
+        combined.offsets = study.offsets.clone();
         causes.push(CutCause {
             name: RUN_OUT.into(),
-            conditions: all.clone(),
+            conditions: combined.clone(),
         });
     }
     if let Some(roll) = &settings.roll {
@@ -63,8 +63,8 @@ pub fn of_flank(
             errors.push((name, error.target, law));
         }
         if let (Some(readings), Some(history)) = (&file.history, &study.history) {
-            let turns = turns_of(history.target, roll.work_over_cradle, feed);
-            let law = of_history(file, history, readings, turns, grid)?;
+            let turns = revolutions_per_cradle(history.target, roll.work_over_cradle, feed);
+            let law = history_error(file, history, readings, turns, grid)?;
             errors.push((
                 format!("history of the {}", history.target.name()),
                 history.target,
@@ -72,7 +72,7 @@ pub fn of_flank(
             ));
         }
         for (name, target, error) in errors {
-            add(&mut all.errors, target, error.clone());
+            add(&mut combined.errors, target, error.clone());
             let mut conditions = CutConditions::regular(feed);
             add(&mut conditions.errors, target, error);
             causes.push(CutCause { name, conditions });
@@ -81,13 +81,13 @@ pub fn of_flank(
     if causes.len() > 2 {
         causes.push(CutCause {
             name: ALL.into(),
-            conditions: all,
+            conditions: combined,
         });
     }
     Ok(causes)
 }
 
-/// Errors of cradle and work by their harmonics.
+/// Harmonic angle errors of cradle, work and cutter.
 pub fn chain_errors(file: &CutFile, settings: &MachineSettings, feed: BladeFeed) -> AngleErrors {
     let mut errors = AngleErrors::default();
     if let Some(roll) = &settings.roll {
@@ -99,7 +99,7 @@ pub fn chain_errors(file: &CutFile, settings: &MachineSettings, feed: BladeFeed)
     errors
 }
 
-/// A harmonic over the cradle's turn: the work turns by the ratio of roll, the cutter by its speed.
+/// Harmonic error over the cradle angle.
 fn harmonic(error: &ChainError, work_over_cradle: f64, feed: BladeFeed) -> AngleError {
     AngleError::harmonic(
         error.amplitude,
@@ -108,13 +108,13 @@ fn harmonic(error: &ChainError, work_over_cradle: f64, feed: BladeFeed) -> Angle
     )
 }
 
-/// Cycles of an error in a revolution of the cradle.
+/// Cycles of an error per revolution of the cradle.
 pub fn cradle_order(error: &ChainError, work_over_cradle: f64, feed: BladeFeed) -> f64 {
-    error.cycles * turns_of(error.target, work_over_cradle, feed)
+    error.cycles * revolutions_per_cradle(error.target, work_over_cradle, feed)
 }
 
-/// Turns of a part in a turn of the cradle.
-fn turns_of(target: CutTarget, work_over_cradle: f64, feed: BladeFeed) -> f64 {
+/// Revolutions of a part per revolution of the cradle: ratio of roll for the work, speed ratio for the cutter.
+fn revolutions_per_cradle(target: CutTarget, work_over_cradle: f64, feed: BladeFeed) -> f64 {
     match target {
         CutTarget::Cradle => 1.0,
         CutTarget::Work => work_over_cradle,
@@ -130,13 +130,13 @@ fn add(errors: &mut AngleErrors, target: CutTarget, error: AngleError) {
     }
 }
 
-/// Largest difference between the mean speed of a history and that of the part in the cut, as a share of it; a history whose mean speed is
-/// below this share is that of the error alone.
+/// Maximum relative difference between the mean speed of a history and that of the part in the cut; a history with a smaller mean speed
+/// than this share contains the error only.
 const SPEED_TOLERANCE: f64 = 0.05;
 
-/// A history over the cradle's turn, its middle at φ_c = 0, ahead in the sense in which the part turns; `turns` are those of the part in a
-/// turn of the cradle.
-fn of_history(
+/// Angle error of a history over the cradle angle, with its middle at φ_c = 0 and positive in the direction of rotation; `turns` is the
+/// number of revolutions of the part per revolution of the cradle.
+fn history_error(
     file: &CutFile,
     history: &SpindleHistory,
     [times, angles]: &[Vec<f64>; 2],
@@ -146,50 +146,50 @@ fn of_history(
     let speed = file.study.cradle_speed.unwrap_or_default();
     let duration = times[times.len() - 1] - times[0];
     let middle = times[0] + 0.5 * duration;
-    let rolled = grid.nodes.iter().flatten().map(|n| n.point.at[2].abs());
-    let furthest = rolled.fold(0.0, f64::max);
-    let refused = |message: String, hint: &str| {
+    let angles_of_roll = grid.nodes.iter().flatten().map(|n| n.point.at[2].abs());
+    let max_roll = angles_of_roll.fold(0.0, f64::max);
+    let invalid = |message: String, hint: &str| {
         Err(Error::new(Code::OutOfRange, message)
             .with_span(&history.span)
             .with_hint(hint))
     };
-    if 0.5 * duration * speed.abs() < furthest {
+    if 0.5 * duration * speed.abs() < max_roll {
         let message = format!(
             "the history lasts {duration:.3} s; the roll over the flank takes {:.3} s about its middle",
-            2.0 * furthest / speed.abs()
+            2.0 * max_roll / speed.abs()
         );
-        return refused(message, "simulate for longer, or raise `cradle_speed`");
+        return invalid(message, "simulate for longer, or raise `cradle_speed`");
     }
-    let straight = straight_line(times, angles);
-    let (found, expected) = (straight[1].abs(), (speed * turns).abs());
-    if found > SPEED_TOLERANCE * expected && (found / expected - 1.0).abs() > SPEED_TOLERANCE {
-        let [found, expected] = [found, expected].map(f64::to_degrees);
+    let line = straight_line(times, angles);
+    let (slope, expected) = (line[1].abs(), (speed * turns).abs());
+    if slope > SPEED_TOLERANCE * expected && (slope / expected - 1.0).abs() > SPEED_TOLERANCE {
+        let [slope, expected] = [slope, expected].map(f64::to_degrees);
         let message = format!(
-            "column `{}` turns at {found:.4} deg/s, and the {} at {expected:.4} deg/s",
+            "column `{}` turns at {slope:.4} deg/s, and the {} at {expected:.4} deg/s",
             history.column,
             history.target.name()
         );
-        return refused(message, "check `column`, `target` and `cradle_speed`");
+        return invalid(message, "check `column`, `target` and `cradle_speed`");
     }
-    // A history of the error alone has no sense of turn.
-    let turns_back = straight[1] < 0.0 && found > SPEED_TOLERANCE * expected;
-    let sense = if turns_back { -1.0 } else { 1.0 };
+    // A history of the error only has no direction of rotation.
+    let is_reversed = line[1] < 0.0 && slope > SPEED_TOLERANCE * expected;
+    let sign = if is_reversed { -1.0 } else { 1.0 };
     let reading = |(t, a): (&f64, &f64)| {
         (
             speed * (t - middle),
-            sense * (a - straight[0] - straight[1] * (t - middle)),
+            sign * (a - line[0] - line[1] * (t - middle)),
         )
     };
     let mut readings: Vec<(f64, f64)> = times.iter().zip(angles).map(reading).collect();
     if speed < 0.0 {
         readings.reverse();
     }
-    let (places, errors) = readings.into_iter().unzip();
-    AngleError::readings(places, errors)
+    let (cradle_angles, errors) = readings.into_iter().unzip();
+    AngleError::readings(cradle_angles, errors)
         .ok_or_else(|| Error::new(Code::OutOfRange, "the history has fewer than two rows"))
 }
 
-/// Value at the middle of the times and slope of the straight line of least squares.
+/// Least-squares straight line: value at the middle of the times and slope.
 fn straight_line(times: &[f64], angles: &[f64]) -> [f64; 2] {
     let count = times.len() as f64;
     let middle = 0.5 * (times[0] + times[times.len() - 1]);

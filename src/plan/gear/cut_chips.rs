@@ -43,7 +43,7 @@ pub fn chips(file: &CutFile, member: usize) -> Result<ChipResult, String> {
     let of = &file.bevel.members[member];
     let name = MEMBERS[member];
     let [Some(concave), Some(convex)] = &of.flanks else {
-        return Err(format!("the {name} has settings for one flank alone"));
+        return Err(format!("the {name} has settings for one flank only"));
     };
     if of.process != Process::Generated {
         return Err(format!(
@@ -77,7 +77,7 @@ pub fn chips(file: &CutFile, member: usize) -> Result<ChipResult, String> {
             format!("no blade reaches the blank of the {name} in the middle of its roll")
         }
         NoChips::NeverLeaves => {
-            format!("the roll of the {name} does not carry the blades out of the blank")
+            format!("the roll of the {name} does not move the blades out of the blank")
         }
         NoChips::TooManyPasses => {
             format!("the roll of the {name} has more than 1000 passes to one side of its middle")

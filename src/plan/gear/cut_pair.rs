@@ -1,4 +1,4 @@
-//! A pair one flank of which carries the errors of the roll of its generator: each to first order, together on the exact envelope.
+//! Bevel pair with roll errors of the generator on one flank: each error to first order, the smooth errors together on the exact envelope.
 
 use super::bevel_member::{self, GRID};
 use super::bevel_mesh::LoadedPair;
@@ -15,41 +15,41 @@ use crate::gear::kernel::law::Law;
 use crate::numeric::statistics::{extremes, peak_to_peak};
 use crate::scene::bevel_file::BevelFile;
 
-/// A pair as its generator cuts it.
+/// Bevel pair with the roll errors of its generator on one flank.
 #[derive(Debug, Clone)]
 pub struct CutPair {
-    /// The member that is cut: 0 pinion, 1 gear.
+    /// Member with the roll errors: 0 pinion, 1 gear.
     pub member: usize,
-    /// Touching flank of the member: 0 concave, 1 convex.
+    /// Contacting flank of the member: 0 concave, 1 convex.
     pub side: usize,
-    /// Effect of each error alone, to first order.
+    /// First-order effect of each error.
     pub effects: Vec<ErrorEffect>,
     /// Rows and columns of the map.
     pub grid: [usize; 2],
-    /// Surplus along the normals of the ideal flank, m, of the smooth errors together on the exact envelope.
+    /// Excess metal along the normals of the ideal flank, m, by the exact envelope of all smooth errors.
     pub surplus: Vec<Option<f64>>,
-    /// Largest difference of that from the first order, m.
+    /// Largest difference between `surplus` and its first-order estimate, m.
     pub first_order_error: f64,
     /// Peak-to-peak transmission error without load of the ideal and of the cut pair, rad.
     pub peak_to_peak: [f64; 2],
-    /// The same under load: at the torque of the file, or of the machine that runs the pair.
+    /// Peak-to-peak transmission error under load: at the torque of the file, or of the machine that contains the pair.
     pub loaded: Option<CutLoad>,
     /// The cut flank.
     pub flank: BevelFlank,
-    /// Blades at the feed of the generator, which are not on the cut flank; none where head or feed is not known.
+    /// Effect of the discrete blades at the feed of the generator, not contained in `flank`; the reason if head or feed is unknown.
     pub blades: Result<BladeEffect, &'static str>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Effect of an error of the roll.
+/// First-order effect of a roll error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEffect {
-    /// Largest surplus on the flank over all phases, m.
+    /// Largest excess metal on the flank over all phases of the error, m.
     pub flank: f64,
-    /// Largest peak-to-peak transmission error over a pitch and all phases, rad.
+    /// Largest peak-to-peak transmission error over one pitch and all phases of the error, rad.
     pub te: f64,
-    /// It is smooth enough to be part of the exact envelope.
+    /// True if the error is smooth enough for the exact envelope.
     pub is_smooth: bool,
 }
 
@@ -58,23 +58,23 @@ pub struct ErrorEffect {
 pub struct CutLoad {
     /// Torque of the pinion, N·m.
     pub torque: f64,
-    /// Peak-to-peak of the ideal and of the cut pair, rad.
+    /// Peak-to-peak transmission error of the ideal and of the cut pair, rad.
     pub peak_to_peak: [f64; 2],
 }
 
 impl CutPair {
-    /// The pair of a file with errors of the roll on the touching flank of a member; under a torque of the pinion, N·m, and with blades at
-    /// a feed, rad of the cradle in a turn of the cutter, where they are given.
+    /// Pair of a file with roll errors on the contacting flank of a member; optionally loaded by a pinion torque, N·m, and with discrete
+    /// blades at a feed, rad of the cradle per revolution of the cutter.
     ///
     /// # Errors
-    /// A flank that does not roll or is not described; flanks that do not touch at every angle; as [`LoadedPair::mesh`].
+    /// A flank is not generated or not described; the flanks lose contact at some angle; errors of [`LoadedPair::mesh`].
     pub fn new(
         file: &BevelFile,
         member: usize,
         errors: &[RollError],
         (torque, cradle_per_turn): (Option<f64>, Option<f64>),
     ) -> Result<CutPair, Error> {
-        let refused = |why: &str, hint: &str| {
+        let out_of_range = |why: &str, hint: &str| {
             Error::new(Code::OutOfRange, why)
                 .with_span(&file.span)
                 .with_hint(hint)
@@ -82,35 +82,35 @@ impl CutPair {
         let sides = file.contact.side.flanks();
         let [Some(pinion), Some(gear)] = [0, 1].map(|k| file.flank(k, sides[k])) else {
             let hint = "give the settings of both flanks that touch";
-            return Err(refused(
+            return Err(out_of_range(
                 "the flanks that touch are not both described",
                 hint,
             ));
         };
         let hand = file.hand_of(member);
-        let cut = file.members[member].flanks[sides[member]].as_ref();
-        let Some(settings) = cut.map(|c| &c.settings).filter(|s| s.roll.is_some()) else {
-            let hint = "a generated flank with its ratio of roll takes errors of the roll";
-            return Err(refused("the flank that is cut does not roll", hint));
+        let flank_cut = file.members[member].flanks[sides[member]].as_ref();
+        let Some(settings) = flank_cut.map(|c| &c.settings).filter(|s| s.roll.is_some()) else {
+            let hint = "errors of the roll need a generated flank with its ratio of roll";
+            return Err(out_of_range("the flank that is cut has no roll", hint));
         };
         let ideal = [pinion, gear];
         let [rows, columns] = GRID;
         let grid = FlankGrid::of(&ideal[member], rows, columns)
             .ok_or_else(|| bevel_member::unreached(&file.members[member], member, sides[member]))?;
         let nodes = || grid.nodes.iter().map(flank_node);
-        let apart = || {
+        let no_contact = || {
             let hint = "`geardyn gear` on this file shows the contact and where it ends";
-            refused("the flanks do not touch at every angle", hint)
+            out_of_range("the flanks do not touch at every angle", hint)
         };
-        let (pair, path) = touching(file, ideal.clone()).ok_or_else(apart)?;
+        let (pair, path) = pair_in_contact(file, ideal.clone()).ok_or_else(no_contact)?;
         let positions = file.contact.positions;
         let contacts =
-            rolled_contacts(&pair, &path, (member, hand), positions).ok_or_else(apart)?;
-        let lever = nodes().flatten().map(|p| surplus_of_work(p, hand).abs());
-        let lever = lever.fold(0.0, f64::max);
+            rolled_contacts(&pair, &path, (member, hand), positions).ok_or_else(no_contact)?;
+        let max_gain = nodes().flatten().map(|p| surplus_of_work(p, hand).abs());
+        let max_gain = max_gain.fold(0.0, f64::max);
         let is_smooth = smooth(errors, nodes().flatten());
         let effects = (errors.iter().zip(&is_smooth)).map(|(error, is_smooth)| ErrorEffect {
-            flank: lever * error.value.norm(),
+            flank: max_gain * error.value.norm(),
             te: error.largest_range(&contacts),
             is_smooth: *is_smooth,
         });
@@ -125,24 +125,24 @@ impl CutPair {
         let surplus: Vec<Option<f64>> = nodes()
             .map(|point| {
                 let p = point?;
-                Some(flank.envelope.on_ray(p.point, p.normal, p.at)?.1)
+                Some(flank.envelope.intersect_ray(p.point, p.normal, p.at)?.1)
             })
             .collect();
-        let first = nodes().map(|point| {
+        let first_order_surplus = nodes().map(|point| {
             let p = point?;
             let error: f64 = applied.iter().map(|e| e.at(p.at[2], 0.0)).sum();
             Some(surplus_of_work(p, hand) * error)
         });
-        let off = first
+        let differences = first_order_surplus
             .zip(&surplus)
             .filter_map(|(a, b)| Some((a? - (*b)?).abs()));
-        let mut changed = ideal;
-        changed[member] = flank.clone();
-        let (cut_pair, cut_path) = touching(file, changed).ok_or_else(apart)?;
-        let both = [(&pair, &path), (&cut_pair, &cut_path)];
-        let ranges = both.map(|(pair, path)| pair.peak_to_peak(path, positions));
+        let mut cut_flanks = ideal;
+        cut_flanks[member] = flank.clone();
+        let (cut_pair, cut_path) = pair_in_contact(file, cut_flanks).ok_or_else(no_contact)?;
+        let pairs = [(&pair, &path), (&cut_pair, &cut_path)];
+        let ranges = pairs.map(|(pair, path)| pair.peak_to_peak(path, positions));
         let [Some(a), Some(b)] = ranges else {
-            return Err(apart());
+            return Err(no_contact());
         };
         let mut diagnostics = Vec::new();
         Ok(CutPair {
@@ -150,11 +150,11 @@ impl CutPair {
             side: sides[member],
             effects: effects.collect(),
             grid: GRID,
-            first_order_error: off.fold(0.0, f64::max),
+            first_order_error: differences.fold(0.0, f64::max),
             surplus,
             peak_to_peak: [a, b],
             loaded: match torque {
-                Some(torque) => Some(under_load(file, both, torque, &mut diagnostics)?),
+                Some(torque) => Some(under_load(file, pairs, torque, &mut diagnostics)?),
                 None => None,
             },
             flank,
@@ -164,14 +164,14 @@ impl CutPair {
         })
     }
 
-    /// Lowest and highest surplus of the map, m.
+    /// Minimum and maximum excess metal of the map, m.
     pub fn surplus_range(&self) -> [f64; 2] {
         extremes(self.surplus.iter().flatten().copied()).into()
     }
 }
 
-/// The pair of two flanks with its path of contact; none where they do not touch near the middle.
-fn touching(file: &BevelFile, flanks: [BevelFlank; 2]) -> Option<(FlankPair, ContactPath)> {
+/// Pair of two flanks with its path of contact; `None` if they do not touch near the middle.
+fn pair_in_contact(file: &BevelFile, flanks: [BevelFlank; 2]) -> Option<(FlankPair, ContactPath)> {
     let teeth = file.members.each_ref().map(|m| m.teeth);
     let pair = FlankPair::new(flanks, teeth, file.hand, &file.assembly());
     let pitches = PITCHES.max(file.contact.pitches);
@@ -179,23 +179,23 @@ fn touching(file: &BevelFile, flanks: [BevelFlank; 2]) -> Option<(FlankPair, Con
     Some((pair, path))
 }
 
-/// Both pairs under a torque of the pinion.
+/// Transmission error of the ideal and of the cut pair under a pinion torque, N·m.
 fn under_load(
     file: &BevelFile,
-    both: [(&FlankPair, &ContactPath); 2],
+    pairs: [(&FlankPair, &ContactPath); 2],
     torque: f64,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<CutLoad, Error> {
     let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
-    let range = |flanks, diagnostics: &mut Vec<Diagnostic>| {
+    let te_range = |flanks, diagnostics: &mut Vec<Diagnostic>| {
         let teeth = teeth.each_ref().map(Option::as_ref);
         let result = LoadedPair::new(file, teeth, flanks)?.mesh(&[torque], diagnostics)?;
         let te = result.mesh.cycles[0].of(|p| p.te);
         Ok(peak_to_peak(&te))
     };
-    let ideal = range(both[0], &mut Vec::new())?;
+    let ideal = te_range(pairs[0], &mut Vec::new())?;
     Ok(CutLoad {
         torque,
-        peak_to_peak: [ideal, range(both[1], diagnostics)?],
+        peak_to_peak: [ideal, te_range(pairs[1], diagnostics)?],
     })
 }

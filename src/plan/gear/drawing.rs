@@ -43,9 +43,9 @@ pub fn check_ball(member: &Member, ball: Option<f64>) -> Result<(), Error> {
             "ball_diameter = \"{:.2} mm\" touches near their middle",
             1e3 * usual
         ),
-        false => "leave `ball_diameter` out".into(),
+        false => "omit `ball_diameter`".into(),
     };
-    let error = Error::new(Code::OutOfRange, message).about("ball_diameter");
+    let error = Error::new(Code::OutOfRange, message).with_key("ball_diameter");
     Err(error.with_hint(hint))
 }
 

@@ -19,7 +19,7 @@ const ROWS: u32 = 40;
 /// A hob that makes no flank of the gear.
 pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
     let fails = || {
-        let message = "the hob makes no flank at its reference cylinder";
+        let message = "the hob generates no flank at its reference cylinder";
         Error::new(Code::OutOfRange, message)
             .with_span(&file.span)
             .with_hint("check starts, diameter and the hands: base helices of hob and gear have a common normal")
@@ -35,7 +35,8 @@ pub fn run(file: &HobFile) -> Result<GearSheet, Error> {
     let rows: Vec<[f64; 7]> = radii
         .filter_map(|radius| {
             let point = hobbing.point(radius)?;
-            let relief = point.off_involute(base_radius)? - pitch.off_involute(base_radius)?;
+            let relief =
+                point.involute_deviation(base_radius)? - pitch.involute_deviation(base_radius)?;
             let heights = [hobbing.thread_height(radius)?, exact.thread_height(radius)?];
             let height = file
                 .feed
@@ -155,7 +156,7 @@ pub fn plan(file: &HobFile) -> Vec<(&'static str, StageDecision)> {
     plan.extend([
         (
             "flanks",
-            runs("profile that the hob leaves, against the involute over the working depth of one module each way"),
+            runs("profile cut by the hob, compared with the involute over the working depth of one module each way"),
         ),
         (
             "feed marks",
@@ -164,7 +165,7 @@ pub fn plan(file: &HobFile) -> Vec<(&'static str, StageDecision)> {
                 None => leaves("no feed is given: tool.feed"),
             },
         ),
-        ("gashes", leaves("the hob is taken as a whole thread: facets of its gashes are not computed")),
+        ("gashes", leaves("the hob is a continuous thread: facets of its gashes are not computed")),
     ]);
     plan
 }

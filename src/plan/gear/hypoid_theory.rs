@@ -162,8 +162,8 @@ pub(super) fn quantities(theory: &PairTheory, all: &mut Quantities) {
         let Some(flank) = flank else { continue };
         let values = [
             flank.contact_line,
-            flank.action_cuts[0],
-            flank.action_cuts[1],
+            flank.action_angles[0],
+            flank.action_angles[1],
             flank.induced_curvature(0.0),
             flank.induced_curvature(std::f64::consts::FRAC_PI_2),
             flank.induced_torsion(0.0),

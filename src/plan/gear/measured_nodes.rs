@@ -112,7 +112,7 @@ pub(super) fn measured_flank(
                 1e6 * on_flank[k].deviation,
                 1e6 * departure.abs()
             ),
-            hint: Some("clean the flank and measure the node again, or leave it out".into()),
+            hint: Some("clean the flank and measure the node again, or omit it".into()),
         });
     }
     if let Some(row) = off_flank {
@@ -133,7 +133,7 @@ pub(super) fn measured_flank(
         diagnostics.push(Diagnostic {
             code: "nodes-off-flank",
             message: format!(
-                "{} left out: the blade leaves no flank there (line {line}: {location})",
+                "{} left out: outside the flank (line {line}: {location})",
                 pluralise(count, "node")
             ),
             hint: Some("measure above the fillet and within the blank".into()),
@@ -183,7 +183,7 @@ fn narrow_grid(shares: &[[f64; 2]], name: &str) -> Option<Diagnostic> {
     Some(Diagnostic {
         code: "narrow-grid",
         message: format!(
-            "the nodes span {:.0} % of the {direction} of the {name}: deviations along it are not determined, and settings that change them poorly",
+            "the nodes span {:.0} % of the {direction} of the {name}: deviations along it are not determined, and the settings that change them only poorly",
             100.0 * span
         ),
         hint: Some("measure a grid over the whole flank, such as 5 × 9 nodes".into()),

@@ -1,4 +1,4 @@
-//! A pair of varying ratio: centrodes, conjugate flanks with their limits, law of gearing, outlines.
+//! Non-circular gear pair: centrodes, conjugate flanks with their limits, law of gearing, outlines.
 
 use std::f64::consts::{PI, TAU};
 
@@ -21,33 +21,33 @@ use crate::numeric::statistics::extremes;
 use crate::plan::decision::StageDecision;
 use crate::scene::non_circular_file::{GearProfile, MAX_CUT_TEETH, NonCircularFile, PinionProfile};
 
-/// Centrodes, flank and outlines of a pair of varying ratio.
+/// Centrodes, flank and outlines of a non-circular gear pair.
 #[derive(Debug, Clone)]
 pub struct NonCircularResult {
-    /// The centrodes.
+    /// Centrodes of pinion and gear.
     pub centrodes: Centrodes,
-    /// Quantities of the pair.
+    /// Quantities of the data sheet.
     pub quantities: Vec<GearQuantity>,
-    /// Extremes of the curvatures of both centrodes.
+    /// Curvature extremes of both centrodes.
     pub curvatures: [CurvatureExtremes; 2],
     /// Angles of gear 1 over a period or the range, rad.
     pub angles: Vec<f64>,
     /// The flank in contact nearest to φ₁ = 0; `None` for a rack without tooth numbers and for a given pair.
     pub flank: Option<ConjugateFlank>,
-    /// Contacts of a given pair of profiles; empty where the gear's is the conjugate.
+    /// Contacts of two given profiles; empty if the gear profile is the conjugate.
     pub given: Vec<GivenContact>,
-    /// Outlines of pinion and gear at φ₁ = 0, the gear's in its own frame; empty without tooth numbers.
+    /// Outlines of pinion and gear at φ₁ = 0, the gear outline in the frame of the gear; empty without tooth numbers.
     pub outlines: Vec<Outline>,
-    /// Stages that run and that are left out.
+    /// Stages that run, and omitted stages with the reason.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Computes what the file determines.
+/// Computes centrodes, flank, contacts and outlines of the pair of a file.
 ///
 /// # Errors
-/// Laws without centrodes, profiles without a conjugate, gears that a rack cannot cut.
+/// The ratio law has no centrodes, the profile has no conjugate, or the rack cannot cut the gears.
 pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
     let at = |error: Error| match error.span {
         Some(_) => error,
@@ -55,7 +55,7 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
     };
     let centrodes = Centrodes::of_gears(&file.law, file.centre_distance, file.mate).map_err(at)?;
     let curvatures = [Member::First, Member::Second].map(|m| centrodes.curvature_extremes(m));
-    let in_profile = |error: Error| match error.span {
+    let at_profile = |error: Error| match error.span {
         Some(_) => error,
         None => error.with_span(&file.profile_span),
     };
@@ -63,35 +63,35 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
         let closed = centrodes.closed_arc(Member::First);
         closed.map_err(|error| error.with_span(&file.ratio_span))?;
     }
-    let flank = flank(file, &centrodes).map_err(in_profile)?;
+    let flank = flank(file, &centrodes).map_err(at_profile)?;
     let outlines = match (file.teeth, &file.profile) {
         (Some(teeth), PinionProfile::Rack(cutter)) => {
-            let both = cut_pair(&centrodes, teeth, cutter);
-            let both = both.map_err(|error| match error.code {
+            let cut_outlines = cut_pair(&centrodes, teeth, cutter);
+            let cut_outlines = cut_outlines.map_err(|error| match error.code {
                 Code::Conflict => at(error),
-                _ => in_profile(error),
+                _ => at_profile(error),
             });
-            both?.to_vec()
+            cut_outlines?.to_vec()
         }
         _ => Vec::new(),
     };
     let given = match (&file.profile, &file.gear_profile) {
         (PinionProfile::Curve(pinion), GearProfile::Given(gear)) => {
-            given_profiles::contacts(&centrodes, pinion, gear).map_err(in_profile)?
+            given_profiles::contacts(&centrodes, pinion, gear).map_err(at_profile)?
         }
         _ => Vec::new(),
     };
     let limits = flank.iter().flat_map(|flank| &flank.limits);
-    let mut diagnostics: Vec<Diagnostic> = limits.map(limit).collect();
+    let mut diagnostics: Vec<Diagnostic> = limits.map(limit_warning).collect();
     diagnostics.extend(flank.iter().flat_map(flank_warnings));
     diagnostics.extend(outlines.iter().zip(["pinion", "gear"]).filter_map(undercut));
     diagnostics.extend(given_warning(&given));
     if let PinionProfile::Rack(cutter) = &file.profile {
-        let of_cut = |d: &Diagnostic| matches!(d.code, "undercut" | "contact-ends" | "folded");
-        if diagnostics.iter().any(of_cut) {
+        let is_limit = |d: &Diagnostic| matches!(d.code, "undercut" | "contact-ends" | "folded");
+        if diagnostics.iter().any(is_limit) {
             let hint = rack_hint(file, &centrodes, cutter);
-            let cut = diagnostics.iter_mut().filter(|d| of_cut(d));
-            cut.for_each(|diagnostic| diagnostic.hint = Some(hint.clone()));
+            let cut_warnings = diagnostics.iter_mut().filter(|d| is_limit(d));
+            cut_warnings.for_each(|diagnostic| diagnostic.hint = Some(hint.clone()));
         }
     }
     Ok(NonCircularResult {
@@ -107,9 +107,9 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
     })
 }
 
-/// The pinion's flank nearest to φ₁ = 0 and its conjugate.
+/// Pinion flank nearest to φ₁ = 0 and its conjugate.
 fn flank(file: &NonCircularFile, pair: &Centrodes) -> Result<Option<ConjugateFlank>, Error> {
-    let made_by = |tool: Centrode, shape: Shape| {
+    let generated_by = |tool: Centrode, shape: Shape| {
         let work = Centrode::Member {
             pair: pair.clone(),
             member: Member::First,
@@ -127,32 +127,32 @@ fn flank(file: &NonCircularFile, pair: &Centrodes) -> Result<Option<ConjugateFla
             };
             let module = pair.closed_arc(Member::First)? / (PI * f64::from(teeth));
             let flank = rack_flank(pair, cutter, module)?;
-            ConjugateFlank::of(pair, made_by(Centrode::Line, flank)?, route)
+            ConjugateFlank::of(pair, generated_by(Centrode::Line, flank)?, route)
         }
         PinionProfile::Rolling { radius, curve } => {
             let circle = Centrode::circle(-radius)?;
-            ConjugateFlank::of(pair, made_by(circle, curve.clone())?, route)
+            ConjugateFlank::of(pair, generated_by(circle, curve.clone())?, route)
         }
     };
     flank.map(Some)
 }
 
-/// Error of a flank against the ratio law above which a warning says so, rad: a hundredth of a second of arc.
+/// Error against the ratio law above which a warning is issued, rad: 0.01 arcsec.
 const LARGEST_LAW_ERROR: f64 = 5e-8;
 
-/// Flanks that fold back on themselves, and flanks that break the law of gearing.
+/// Warnings for cusps of the flanks and for violations of the law of gearing.
 fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
-    let folds = ["pinion", "gear"].into_iter().zip(flank.folds);
-    let folded = folds.filter_map(|(name, place)| {
-        let radius = 1e3 * place?.norm();
+    let cusps = ["pinion", "gear"].into_iter().zip(flank.cusps);
+    let cusp_warnings = cusps.filter_map(|(name, cusp)| {
+        let radius = 1e3 * cusp?.norm();
         Some(Diagnostic {
             code: "folded",
-            message: format!("the {name}'s flank folds back at the radius {radius:.4} mm: no tooth has such a flank"),
+            message: format!("the {name}'s flank folds back at the radius {radius:.4} mm, which is impossible for a tooth"),
             hint: Some("end the pinion's flank before that place".into()),
         })
     });
     let error = flank.law_error().unwrap_or(0.0);
-    let breaks = (error > LARGEST_LAW_ERROR).then(|| Diagnostic {
+    let law_warning = (error > LARGEST_LAW_ERROR).then(|| Diagnostic {
         code: "law-of-gearing",
         message: format!(
             "the flanks break the law of gearing: the gear is off by up to {:.3} arcsec",
@@ -160,15 +160,17 @@ fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
         ),
         hint: Some("shorten the pinion's flank, or give more points of it".into()),
     });
-    folded.chain(breaks).collect()
+    cusp_warnings.chain(law_warning).collect()
 }
 
-/// Given flanks whose gear is not as far as the law puts it, a constant lead aside.
+/// Warning for given flanks that violate the ratio law, apart from a constant offset of the gear angle.
 fn given_warning(given: &[GivenContact]) -> Option<Diagnostic> {
     let errors = given.iter().map(|contact| contact.check.error);
     let (low, high) = extremes(errors);
-    let miss = given.iter().map(|contact| contact.check.miss.abs());
-    let miss = miss.fold(0.0, f64::max);
+    let pitch_point_deviation = given
+        .iter()
+        .map(|contact| contact.check.pitch_point_deviation.abs());
+    let pitch_point_deviation = pitch_point_deviation.fold(0.0, f64::max);
     let arcsec = |angle: f64| angle.to_degrees() * 3600.0;
     (high - low > LARGEST_LAW_ERROR).then(|| Diagnostic {
         code: "law-of-gearing",
@@ -176,31 +178,31 @@ fn given_warning(given: &[GivenContact]) -> Option<Diagnostic> {
             "the given flanks break the law of gearing: the gear is off by {:.3} to {:.3} arcsec, and the common normal misses the pitch point by up to {:.4} mm",
             arcsec(low),
             arcsec(high),
-            1e3 * miss
+            1e3 * pitch_point_deviation
         ),
-        hint: Some("omit `gear.profile` for the flank that keeps the law".into()),
+        hint: Some("omit `gear.profile` for the flank that satisfies the law".into()),
     })
 }
 
-/// Hint at the tooth numbers and the dedendum that avoid an undercut by the rack.
+/// Hint with the tooth numbers and the dedendum that avoid undercut by the rack.
 fn rack_hint(file: &NonCircularFile, pair: &Centrodes, cutter: &RackCutter) -> String {
     let remedy = file
         .teeth
         .and_then(|teeth| RackRemedy::of(pair, teeth, cutter, MAX_CUT_TEETH));
-    let more = remedy.and_then(|r| {
+    let teeth = remedy.and_then(|r| {
         let [n, of_gear] = r.teeth?;
         Some(format!("teeth = {n} (pinion) and {of_gear} (gear)"))
     });
-    let less = remedy.and_then(|r| Some(format!("rack = {{ dedendum = {} }}", r.dedendum?)));
-    let all: Vec<String> = more.into_iter().chain(less).collect();
-    match all.is_empty() {
-        true => "take more teeth, a larger pressure angle or a smaller dedendum".into(),
-        false => format!("{} avoids it", all.join(", or ")),
+    let dedendum = remedy.and_then(|r| Some(format!("rack = {{ dedendum = {} }}", r.dedendum?)));
+    let hints: Vec<String> = teeth.into_iter().chain(dedendum).collect();
+    match hints.is_empty() {
+        true => "use more teeth, a larger pressure angle or a smaller dedendum".into(),
+        false => format!("{} avoids it", hints.join(", or ")),
     }
 }
 
-/// A limit of the flank as a warning.
-fn limit(point: &LimitPoint) -> Diagnostic {
+/// Warning for a limit point of the flank.
+fn limit_warning(point: &LimitPoint) -> Diagnostic {
     let radius = 1e3 * point.work_point.norm();
     let on_tool = 1e3 * point.tool_point.norm();
     let (code, message) = match point.kind {
@@ -212,7 +214,7 @@ fn limit(point: &LimitPoint) -> Diagnostic {
         ),
         LimitKind::EndOfContact => (
             "contact-ends",
-            format!("the pinion's flank touches nothing beyond its radius {on_tool:.4} mm"),
+            format!("the pinion's flank has no contact beyond its radius {on_tool:.4} mm"),
         ),
     };
     Diagnostic {
@@ -224,7 +226,7 @@ fn limit(point: &LimitPoint) -> Diagnostic {
     }
 }
 
-/// Spaces in which the rack's tip cuts away a part of a flank.
+/// Warning for tooth spaces in which the rack tip undercuts a flank.
 fn undercut((outline, name): (&Outline, &str)) -> Option<Diagnostic> {
     let spaces = &outline.undercut_spaces;
     (!spaces.is_empty()).then(|| Diagnostic {
@@ -233,7 +235,7 @@ fn undercut((outline, name): (&Outline, &str)) -> Option<Diagnostic> {
             "{} tooth spaces of the {name} are undercut by the rack",
             spaces.len()
         ),
-        hint: Some("take more teeth, a larger pressure angle or a smaller dedendum".into()),
+        hint: Some("use more teeth, a larger pressure angle or a smaller dedendum".into()),
     })
 }
 
@@ -243,11 +245,11 @@ fn quantities(
     flank: Option<&ConjugateFlank>,
 ) -> Vec<GearQuantity> {
     use QuantityUnit::{Degree, Millimetre, One};
-    let mut all = Quantities::default();
+    let mut list = Quantities::default();
     let ratios = pair.extremes(|x| file.law.at(x).map(|s| s.ratio));
-    all.pair("centre distance", "a", Millimetre, file.centre_distance);
-    all.pair("least ratio", "i_12", One, ratios[0]);
-    all.pair("largest ratio", "i_12", One, ratios[1]);
+    list.pair("centre distance", "a", Millimetre, file.centre_distance);
+    list.pair("least ratio", "i_12", One, ratios[0]);
+    list.pair("largest ratio", "i_12", One, ratios[1]);
     let radius = |k: usize| {
         pair.extremes(|x| {
             let radius = pair.at(x)?.radius_1;
@@ -255,13 +257,13 @@ fn quantities(
         })
     };
     let radii = [radius(0), radius(1)];
-    all.each(
+    list.each(
         "least centrode radius",
         "r",
         Millimetre,
         radii.map(|r| r[0]),
     );
-    all.each(
+    list.each(
         "largest centrode radius",
         "r",
         Millimetre,
@@ -270,29 +272,29 @@ fn quantities(
     let arc = |m| pair.closed_arc(m).unwrap_or(f64::NAN);
     let arcs = [arc(Member::First), arc(Member::Second)];
     match arcs.iter().all(|s| s.is_finite()) {
-        true => all.each("arc of the centrode", "S", Millimetre, arcs),
-        false => all.pair("rolled arc", "s", Millimetre, pair.arc_of_period()),
+        true => list.each("arc of the centrode", "S", Millimetre, arcs),
+        false => list.pair("rolled arc", "s", Millimetre, pair.arc_of_period()),
     }
     if let Some(teeth) = file.teeth {
-        all.each("number of teeth", "z", One, teeth.map(f64::from));
+        list.each("number of teeth", "z", One, teeth.map(f64::from));
         if arcs[0].is_finite() {
             let pitch = arcs[0] / f64::from(teeth[0]);
-            all.pair("module", "m", Millimetre, pitch / PI);
+            list.pair("module", "m", Millimetre, pitch / PI);
             let ends = flank.and_then(|f| f.contacts.first().zip(f.contacts.last()));
             if let Some((a, b)) = ends {
                 let ratio = (b.arc - a.arc).abs() / pitch;
-                all.pair("contact ratio of the flank", "ε_α", One, ratio);
+                list.pair("contact ratio of the flank", "ε_α", One, ratio);
             }
         }
     }
     if let Some(state) = file.law.at(TAU) {
         let name = "turn of the gear in one of the pinion";
-        all.pair(name, "φ_2", Degree, state.angle_2);
+        list.pair(name, "φ_2", Degree, state.angle_2);
     }
-    all.0
+    list.0
 }
 
-/// Stages that run, and those left out with the reason.
+/// Stages that run, and omitted stages with the reason.
 pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
     use StageDecision::{LeftOut, Runs};
     let is_rack = matches!(file.profile, PinionProfile::Rack(_));
@@ -308,12 +310,12 @@ pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
         }
     };
     let is_given = matches!(file.gear_profile, GearProfile::Given(_));
-    let flank_stage = |name: &'static str, what: String| match is_rack && file.teeth.is_none() {
+    let flank_stage = |name: &'static str, text: String| match is_rack && file.teeth.is_none() {
         true => (
             name,
             LeftOut("a rack needs teeth of pinion and gear".into()),
         ),
-        false => (name, Runs(what)),
+        false => (name, Runs(text)),
     };
     vec![
         ("geometry", Runs("ratio law at the centre distance".into())),
@@ -321,7 +323,7 @@ pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
         match is_given {
             true => (
                 "limits",
-                LeftOut("they belong to a flank with its conjugate".into()),
+                LeftOut("they need a flank with its conjugate".into()),
             ),
             false => flank_stage("limits", "undercut and end of contact of the flank".into()),
         },
@@ -329,7 +331,7 @@ pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
         match is_given {
             true => (
                 "second contact",
-                LeftOut("it belongs to a flank with its conjugate".into()),
+                LeftOut("it needs a flank with its conjugate".into()),
             ),
             false => flank_stage(
                 "second contact",

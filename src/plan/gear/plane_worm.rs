@@ -87,7 +87,7 @@ pub fn run(file: &PlaneWormFile) -> Result<GearSheet, Error> {
         plots,
         in_space: {
             let (pair, teeth, hand) = (*pair, file.teeth, file.hand);
-            let turning = move || Some(pair.turning(&zone, teeth)?.of_hand(hand));
+            let turning = move || Some(pair.turning_pair(&zone, teeth)?.of_hand(hand));
             LazyLock::new(Box::new(turning))
         },
         plan: plan(file),

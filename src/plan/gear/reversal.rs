@@ -25,16 +25,16 @@ pub struct ReversalResult {
 pub fn run(file: &GearReadingsFile) -> Result<ReversalResult, Error> {
     let reversal = file.readings.reverse();
     let reversal = reversal.map_err(|error| error.with_span(&file.span))?;
-    let open = reversal.confusions.len();
+    let open = reversal.ambiguities.len();
     let not_separated = (open > 0).then(|| Diagnostic {
         code: "not-separated",
         message: format!(
-            "the readings do not separate the first candidate from {}",
+            "the readings do not distinguish the first candidate from {}",
             pluralise(open, "other")
         ),
-        hint: (reversal.confusions.iter())
+        hint: (reversal.ambiguities.iter())
             .any(|confusion| !confusion.remedies.is_empty())
-            .then(|| "take the reading that the result names".into()),
+            .then(|| "take the reading named in the result".into()),
     });
     Ok(ReversalResult {
         plan: plan(&file.readings),

@@ -18,7 +18,7 @@ use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_metho
 use crate::gear::load::material::Material;
 use crate::gear::load::mesh::{LoadedMesh, check_modifications};
 use crate::gear::load::mesh_result::MeshResult;
-use crate::gear::load::relief::{LeastRelief, least_peak_to_peak};
+use crate::gear::load::relief::{OptimalRelief, optimal_tip_relief};
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits as limits;
 use crate::scene::gear_file::GearFile;
@@ -26,41 +26,41 @@ use crate::scene::gear_file::GearFile;
 /// Results of a gear file.
 #[derive(Debug, Clone)]
 pub struct GearResult {
-    /// The pair.
+    /// Pair of gears.
     pub pair: Pair,
     /// Geometry of the pair.
     pub quantities: Vec<GearQuantity>,
-    /// Limits that the pair meets, with what avoids them.
+    /// Limits that the pair exceeds, with remedies.
     pub limits: Vec<Warning>,
-    /// Readings of the drawing of pinion and gear.
+    /// Inspection dimensions of pinion and gear for the drawing.
     pub drawing: [Vec<DrawingReading>; 2],
-    /// Backlash without deviations and at their limits; `None` where the base circles do not reach each other.
+    /// Backlash without deviations and at their limits; `None` if the base circles admit no line of action.
     pub backlash: Option<BacklashLimits>,
-    /// Points A–E of the path of contact, the pinion driving, with their letters.
+    /// Points A–E of the path of contact with the pinion driving, by letter.
     pub path: Vec<(&'static str, PathPoint)>,
-    /// Stiffness by both methods side by side; empty where no load is requested.
+    /// Stiffness by both methods; empty if no torque is given.
     pub stiffness: Vec<StiffnessRow>,
-    /// Loaded transmission error, where a torque is given.
+    /// Loaded mesh with its transmission error, if a torque is given.
     pub mesh: Option<MeshResult>,
-    /// Tip relief of least peak-to-peak over the torques, where it is requested.
-    pub least_relief: Option<LeastRelief>,
-    /// Stages with what they do.
+    /// Tip relief of least peak-to-peak transmission error over the torques, on request.
+    pub least_relief: Option<OptimalRelief>,
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Computes what a gear file determines.
+/// Computes geometry, backlash, path of contact and loaded mesh of a gear file.
 ///
 /// # Errors
-/// Gears that cannot be made or cannot mesh; a load that cannot be carried.
+/// Gears that cannot be manufactured or cannot mesh; a torque without a solution.
 pub fn run(file: &GearFile) -> Result<GearResult, Error> {
-    let at = |error: Error| file.locate(error);
+    let locate = |error: Error| file.locate(error);
     let pair = file.pair()?;
-    check_modifications(&pair, &file.modifications).map_err(at)?;
+    check_modifications(&pair, &file.modifications).map_err(locate)?;
     for (k, member) in pair.members.iter().enumerate() {
-        let checked = check_ball(member, file.ball_diameters[k]);
-        checked.map_err(|error| at(error.in_part(MEMBERS[k])))?;
+        let ball_check = check_ball(member, file.ball_diameters[k]);
+        ball_check.map_err(|error| locate(error.with_part(MEMBERS[k])))?;
     }
     if !(pair.path_length() > 0.0) {
         return Err(no_contact(file, &pair));
@@ -76,12 +76,12 @@ pub fn run(file: &GearFile) -> Result<GearResult, Error> {
     let path = pair.path_points().named();
     let (mut stiffness, mut mesh, mut least_relief) = (Vec::new(), None, None);
     if let [first, .., last] | [first @ last] = file.mesh.torques[..] {
-        let loaded = load(file, &pair).map_err(at)?;
+        let loaded = load(file, &pair).map_err(locate)?;
         (stiffness, mesh) = (loaded.0, Some(loaded.1));
         if file.mesh.least_relief {
             let options = file.mesh_options(&pair);
-            let least = least_peak_to_peak(&pair, &options, [first, last]);
-            least_relief = Some(least.map_err(at)?);
+            let least = optimal_tip_relief(&pair, &options, [first, last]);
+            least_relief = Some(least.map_err(locate)?);
         }
     }
     diagnostics.extend(mesh.iter().flat_map(|mesh| mesh.warnings.iter().cloned()));
@@ -100,25 +100,25 @@ pub fn run(file: &GearFile) -> Result<GearResult, Error> {
     })
 }
 
-/// By how many modules the centre distance is moved at most in search of backlash.
-const FARTHEST: f64 = 3.0;
+/// Maximum change of the centre distance in the search for backlash, in modules.
+const MAX_CHANGE: f64 = 3.0;
 
-/// Backlash below zero by less than this is rounding of the data, m.
+/// Negative backlash that counts as rounding of the data, m.
 const ROUNDING: f64 = 1e-6;
 
-/// Gears whose teeth do not reach each other, with the nearest value that lets them.
+/// Error of teeth that do not reach each other, with the nearest value at which they do.
 fn no_contact(file: &GearFile, pair: &Pair) -> Error {
     let message = format!(
-        "the teeth do not reach each other: transverse contact ratio {:.4}",
+        "the teeth do not touch: transverse contact ratio {:.4}",
         pair.contact_ratios().transverse
     );
     let error = Error::new(Code::OutOfRange, message).with_span(&file.span);
     let length = |offset: f64| {
-        let made = GearFile {
+        let shifted = GearFile {
             offset,
             ..file.clone()
         };
-        Some(made.pair().ok()?.path_length())
+        Some(shifted.pair().ok()?.path_length())
     };
     if let Some(offset) = sign_change([0.0, file.offset], length) {
         let bound = match offset > 0.0 {
@@ -134,19 +134,19 @@ fn no_contact(file: &GearFile, pair: &Pair) -> Error {
     let nearest = short.filter_map(|w| w.nearest).next();
     match nearest.or_else(|| design.without_warnings(pair)) {
         Some(nearest) => error.with_hint(limits::hint(nearest)),
-        None => error.with_hint(match usual_heights(file) {
+        None => error.with_hint(match standard_heights(file) {
             Some(hint) => hint,
             None => "give a smaller centre_distance or larger tip diameters".into(),
         }),
     }
 }
 
-/// The heights of the rack, those below the usual ones raised to them, with which the teeth reach each other.
-fn usual_heights(file: &GearFile) -> Option<String> {
-    let (usual, mut raised) = (BasicRack::PROFILE_A, file.clone());
+/// Remedy by raising rack heights to those of profile A; `None` if the teeth still do not reach each other.
+fn standard_heights(file: &GearFile) -> Option<String> {
+    let (standard, mut raised) = (BasicRack::PROFILE_A, file.clone());
     for member in &mut raised.members {
-        member.rack.addendum = member.rack.addendum.max(usual.addendum);
-        member.rack.dedendum = member.rack.dedendum.max(usual.dedendum);
+        member.rack.addendum = member.rack.addendum.max(standard.addendum);
+        member.rack.dedendum = member.rack.dedendum.max(standard.dedendum);
     }
     let rack = raised.members[0].rack;
     (raised.pair().ok()?.path_length() > 0.0).then(|| {
@@ -157,29 +157,29 @@ fn usual_heights(file: &GearFile) -> Option<String> {
     })
 }
 
-/// Teeth that would have to overlap, with the centre distance at which they do not.
+/// Warning of negative backlash, with the centre distance at which it is zero.
 fn overlap(file: &GearFile, pair: &Pair, limits: &BacklashLimits) -> Option<Diagnostic> {
     let least = limits.least.circumferential;
-    let beyond = |distance: f64| {
-        let moved = Pair {
+    let backlash_at = |distance: f64| {
+        let shifted = Pair {
             centre_distance: distance,
             working_pressure_angle: (pair.centre_distance * pair.working_pressure_angle.cos()
                 / distance)
                 .acos(),
             ..pair.clone()
         };
-        let limits = moved.backlash_limits(file.centre_deviation)?;
+        let limits = shifted.backlash_limits(file.centre_deviation)?;
         Some(limits.least.circumferential)
     };
-    let (a, reach) = (pair.centre_distance, FARTHEST * pair.members[0].gear.module);
+    let (a, module) = (pair.centre_distance, pair.members[0].gear.module);
     let (range, bound): (_, fn(f64) -> Bound) = match pair.members[1].gear.internal {
-        false => ([a, a + reach], Bound::AtLeast),
-        true => ([a - reach, a], Bound::AtMost),
+        false => ([a, a + MAX_CHANGE * module], Bound::AtLeast),
+        true => ([a - MAX_CHANGE * module, a], Bound::AtMost),
     };
-    let distance = sign_change(range, |a| Some(beyond(a).unwrap_or(-1.0)));
+    let distance = sign_change(range, |a| Some(backlash_at(a).unwrap_or(-1.0)));
     let hint = match distance {
         Some(distance) => format!(
-            "pair.centre_distance = \"{} mm\" leaves none below zero",
+            "pair.centre_distance = \"{} mm\" avoids it",
             bound(1e3 * (distance - file.offset)).text(4)
         ),
         None => "give thickness = [\"lower\", \"upper\"] below zero".into(),
@@ -194,7 +194,7 @@ fn overlap(file: &GearFile, pair: &Pair, limits: &BacklashLimits) -> Option<Diag
     })
 }
 
-/// The stiffness by both methods, and the mesh at every torque by the requested one.
+/// Mesh stiffness by both methods, and the mesh at each torque by the requested method.
 fn load(file: &GearFile, pair: &Pair) -> Result<(Vec<StiffnessRow>, MeshResult), Error> {
     let study = &file.mesh;
     let materials = [Material::default(); 2];
@@ -204,17 +204,17 @@ fn load(file: &GearFile, pair: &Pair) -> Result<(Vec<StiffnessRow>, MeshResult),
     };
     let mut stiffness = compare_methods(pair, &[study.method, other], &materials)?;
     let mesh = LoadedMesh::new(pair, file.mesh_options(pair))?;
-    let below = mesh.below_iso_load(&study.torques);
+    let outside = mesh.below_iso_load(&study.torques);
     for row in stiffness.iter_mut().filter(|row| row.method == "iso-6336") {
-        row.outside_range.extend(below.clone());
+        row.outside_range.extend(outside.clone());
     }
     let mesh = mesh.map(&study.torques)?;
     Ok((stiffness, mesh))
 }
 
-/// The stages that run, and those left out with the reason.
+/// Stages of a gear file, and those left out with the reason.
 pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
-    let runs = |what: String| StageDecision::Runs(what);
+    let runs = |text: String| StageDecision::Runs(text);
     let mut plan = vec![(
         "geometry",
         runs("pair with parallel axes, ISO 21771".into()),
@@ -226,8 +226,8 @@ pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
         (
             "flanks",
             runs(match file.modifications == [FlankModification::default(); 2] {
-                true => "involutes with the fillets that the rack leaves".into(),
-                false => "involutes with the fillets that the rack leaves; modifications count in the mesh, outlines and pictures of teeth are without them".into(),
+                true => "involutes with fillets cut by the rack".into(),
+                false => "involutes with fillets cut by the rack; modifications are included in the mesh, but not in outlines and pictures".into(),
             }),
         ),
         (
@@ -244,11 +244,11 @@ pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
     ]);
     let study = &file.mesh;
     if study.least_relief {
-        let range = match study.torques[..] {
+        let decision = match study.torques[..] {
             [] => StageDecision::LeftOut("no torque is given".into()),
             _ => runs("tip relief of least peak-to-peak over the torques".into()),
         };
-        plan.push(("least relief", range));
+        plan.push(("least relief", decision));
     }
     plan.push(match study.torques.len() {
         0 => (

@@ -2,8 +2,8 @@
 
 use super::bevel_contact;
 use super::correction::{
-    ContactChange, CorrectionResult, depth_warning, depths, dials, large_change, not_converged,
-    nothing_moves, plan, unknowns,
+    ContactChange, CorrectionResult, depth_warning, depths, dials, large_change,
+    no_effective_setting, not_converged, plan, unknowns,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -14,7 +14,7 @@ use crate::gear::cut::measured_flank::MeasuredFlank;
 use crate::gear::cut::next_cut::NextCut;
 use crate::gear::cut::root_point::RootPoint;
 use crate::gear::cut::setting::FlankSetup;
-use crate::gear::cut::shapes::shape_rests;
+use crate::gear::cut::shapes::residual_shapes;
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 use crate::scene::correction_study::{CorrectionStudy, Member};
@@ -30,7 +30,7 @@ pub fn run(
     wanted: &EaseOffTargetFile,
 ) -> Result<CorrectionResult, Error> {
     if study.member == Member::Gear {
-        let message = "an ease-off is wanted of the pinion, and the gear is not changed";
+        let message = "the target ease-off is that of the pinion; the gear is not changed";
         return Err(Error::new(Code::Conflict, message)
             .with_span(&wanted.span)
             .with_hint("omit --member"));
@@ -84,10 +84,10 @@ pub fn run(
     let at_target = |error: Error| error.with_span(&wanted.span);
     let fit = problem.solve().map_err(at_target)?;
     let dials = vec![dials(&settings, cut)];
-    let next = problem.on_steps(&fit, &fit.setups, &dials, &study.steps, &[roots]);
+    let next = problem.rounded_settings(&fit, &fit.setups, &dials, &study.steps, &[roots]);
     let next = next.map_err(at_target)?[0];
     if next.flank(file.hand, of.section).middle().is_none() {
-        let message = "the settings that come nearest to the wanted ease-off do not cut the middle of the flank: the contact leaves the blade";
+        let message = "the settings nearest to the target ease-off do not cut the middle of the flank: the contact is beyond the blade";
         return Err(at_target(Error::new(Code::OutOfRange, message).with_hint(
             "request an ease-off nearer to that of the present settings",
         )));
@@ -107,7 +107,7 @@ pub fn run(
     diagnostics.extend(not_converged(&fit, hint));
     let depths = vec![depths(roots.as_ref(), &next, file.hand)];
     diagnostics.extend(depth_warning(&depths, &of.section, &[side]));
-    diagnostics.extend(nothing_moves(&fit, study.least));
+    diagnostics.extend(no_effective_setting(&fit, study.least));
     let far = (
         "this is another set-up of the machine, not a correction",
         "free fewer settings by --settings, or request an ease-off nearer to that of the present settings",
@@ -116,12 +116,12 @@ pub fn run(
     if roots.is_none() {
         diagnostics.push(Diagnostic {
             code: "slot-depth",
-            message: "the depth of the slot is not held: the tip plane does not pass over the root line of the blank".into(),
+            message: "the depth of the slot is not constrained: the tip plane does not pass over the root line of the blank".into(),
             hint: Some("compare the root of the next cut with the blank".into()),
         });
     }
     Ok(CorrectionResult {
-        shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
+        shapes: residual_shapes(&problem.flanks, &fit.nominal, fit.kept),
         plan: plan(study, &settings, &problem, &fit),
         sources: vec![file.source.clone(), wanted.source.clone()],
         member: 0,
@@ -133,7 +133,7 @@ pub fn run(
         },
         dials,
         depths,
-        moves_other: false,
+        cuts_other_flank: false,
         is_one_setting: false,
         contact: Some(contact),
         problem,
@@ -154,6 +154,6 @@ fn deviations(problem: &CorrectionProblem, setup: FlankSetup) -> Result<Vec<Opti
         unknowns: Vec::new(),
         least: problem.least,
     };
-    let rests = fixed.solve()?.rests.swap_remove(0);
+    let rests = fixed.solve()?.residuals.swap_remove(0);
     Ok(rests.into_iter().map(|rest| rest.map(|r| -r)).collect())
 }

@@ -139,7 +139,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         .collect(),
         in_space: {
             let (teeth, hand) = ([file.thread.starts, file.teeth], file.hand);
-            let turning = move || Some(pair.turning(&zone, teeth)?.of_hand(hand));
+            let turning = move || Some(pair.turning_pair(&zone, teeth)?.of_hand(hand));
             LazyLock::new(Box::new(turning))
         },
         plan: plan(file),
@@ -167,7 +167,7 @@ fn flank(file: &WormFile) -> Result<Helicoid, Error> {
                 "its base radius is {:.3} mm: reduce the throat diameter, or take fewer starts",
                 1e3 * file.thread.base_radius()
             ),
-            _ => "the wheel that grinds it ends before: take a smaller tool_radius or fewer starts"
+            _ => "the grinding wheel ends above it: take a smaller tool_radius or fewer starts"
                 .into(),
         };
         Error::new(Code::OutOfRange, message).with_hint(hint)
@@ -196,7 +196,7 @@ fn interference(
     Some(Diagnostic {
         code: "interference",
         message: format!(
-            "the worm cuts up to {:.1} µm into the flank that it has made, at a wheel radius of {:.3} mm and y = {:+.3} mm",
+            "the worm cuts up to {:.1} µm into the flank that it has generated, at a wheel radius of {:.3} mm and y = {:+.3} mm",
             1e6 * cut.depth,
             1e3 * cut.contact.wheel_radius(),
             1e3 * file.hand * cut.contact.from_wheel.y
@@ -219,7 +219,7 @@ fn undercut_warning(file: &WormFile, pair: &WormPair, limit: &[WormContact]) -> 
     Diagnostic {
         code: "undercut",
         message: format!(
-            "the wheel is undercut up to a radius of {:.3} mm: the worm cuts away flank that it has made",
+            "the wheel is undercut up to a radius of {:.3} mm: the worm removes flank that it has generated",
             1e3 * highest
         ),
         hint: Some(match free {

@@ -1,8 +1,8 @@
-//! Attribution of measured orders to declared errors of a model, with size, interval and ambiguity.
+//! Attribution of measured orders to declared errors of a model, with amplitude, interval and ambiguity.
 //!
-//! A source alone on its order has the amplitude `a · A/|z|`: a as declared, z what of it arrives at the output at the speed of the
-//! record while the input turns evenly, A what would be measured then. The input as it was recorded, θ₁ = Ωt + δ, cuts off whatever
-//! drives it: `e = z + (G(ω)/G(0) − 1) r δ`, G from the motion of the input to that of the output, r = G(0) the ratio.
+//! The only source of an order has the identified amplitude `a A/|z|`: a is the declared amplitude, z its response at the output at the
+//! speed of the record with uniform input speed, and A the measured amplitude referred to uniform input speed. The recorded input motion
+//! θ₁ = Ωt + δ adds a term: `e = z + (G(ω)/G(0) − 1) r δ`, G the transfer function from input to output motion, r = G(0) the ratio.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -22,68 +22,68 @@ use crate::transmission::chain::{ChainEnds, TransmissionChain};
 use crate::transmission::dynamic::DriverTransfer;
 use crate::transmission::order_lines::{self, LineOrigin, OrderLine as Declared};
 
-/// A model and where the encoders sit in it.
+/// Model of the machine and the nodes of its encoders.
 pub struct EncoderModel {
-    /// The machine.
+    /// Prepared machine.
     pub machine: PreparedMachine,
-    /// Node of the input's encoder.
+    /// Node of the input encoder.
     pub input: String,
-    /// Node of the output's encoder.
+    /// Node of the output encoder.
     pub output: String,
 }
 
-/// Attribution of the measured lines to declared sources.
+/// Attribution of measured orders to declared sources.
 #[derive(Debug, Default)]
 pub struct Attribution {
     /// Orders with a declared source, ascending.
     pub rows: Vec<AttributedOrder>,
-    /// Declared harmonics that reach the output.
+    /// Number of declared harmonics with a response at the output.
     pub sources: usize,
-    /// Orders among them that the record distinguishes: so many numbers are known of the sources.
+    /// Number of their orders that the record separates: the rank of the identification.
     pub rank: usize,
-    /// Sources whose order the record does not hold.
+    /// Sources whose order is not among the measured lines.
     pub unresolved: Vec<String>,
 }
 
-/// A measured order and its declared sources.
+/// Measured order and its declared sources.
 #[derive(Debug)]
 pub struct AttributedOrder {
-    /// Per turn of the output.
+    /// Order in cycles per revolution of the output.
     pub order: Fraction,
-    /// Measured amplitude, rad; with its interval where the order is separable from others.
+    /// Measured amplitude, rad.
     pub amplitude: f64,
-    /// See [`AttributedOrder::amplitude`].
+    /// Confidence interval of the amplitude, rad; `None` if the order is not separable from others.
     pub interval: Option<(f64, f64)>,
     /// Amplitude expected at a uniform input speed, rad.
     pub amplitude_uniform_input: f64,
-    /// Declared sources of the same order: the candidate causes.
+    /// Declared sources of this order, the candidate causes.
     pub sources: Vec<DeclaredSource>,
 }
 
-/// A declared error on one order.
+/// Harmonic of a declared error at one order.
 #[derive(Debug)]
 pub struct DeclaredSource {
-    /// Element and cause, and the harmonic beyond the first.
+    /// Element and cause, with the harmonic if it is not the first.
     pub name: String,
-    /// Declared amplitude of the error, m; of couplings rad.
+    /// Declared amplitude of the error, m; for couplings rad.
     pub declared: f64,
-    /// It is one of a coupling.
+    /// True if the error is an angle, that of a coupling.
     pub is_angle: bool,
-    /// Contribution of the source at the output, rad.
+    /// Amplitude of its contribution at the output, rad.
     pub output_amplitude: f64,
-    /// The error as the record has it, with its interval, where nothing else declared has the order.
+    /// Identified amplitude and its interval, if no other declared source has this order; units as `declared`.
     pub identified: Option<(f64, (f64, f64))>,
 }
 
 impl DeclaredSource {
-    /// The unit a declared error is shown in: of couplings it is an angle.
+    /// Display unit of the error.
     pub fn display_unit(&self) -> &'static str {
         if self.is_angle { "mrad" } else { "µm" }
     }
 
-    /// A size in that unit.
-    pub fn to_display_unit(&self, size: f64) -> f64 {
-        size * if self.is_angle { 1e3 } else { 1e6 }
+    /// Converts an amplitude, m or rad, to the display unit.
+    pub fn to_display_unit(&self, amplitude: f64) -> f64 {
+        amplitude * if self.is_angle { 1e3 } else { 1e6 }
     }
 }
 
@@ -100,62 +100,62 @@ impl EncoderModel {
         TransmissionChain::new(machine, operating, ends)
     }
 
-    /// The orders of a model whose ratio between the encoders is that of the teeth.
+    /// Orders of the model; its ratio between the encoders must agree with the stated teeth.
     ///
     /// # Errors
-    /// Nodes that are not there or do not turn together; `RatioMismatch`.
+    /// Unknown nodes, nodes whose rotations are not coupled; `RatioMismatch`.
     pub fn source_orders(&self, teeth: &GearTrain) -> Result<KnownOrders, Error> {
         let PreparedMachine {
             machine, operating, ..
         } = &self.machine;
         let chain = self.chain()?;
-        let between = chain.ratio(chain.ends.driver).map(Fraction::abs);
-        let stated = &Fraction::one() / &teeth.ratio();
-        if between.as_ref() != Some(&stated) {
+        let model_ratio = chain.ratio(chain.ends.driver).map(Fraction::abs);
+        let stated_ratio = &Fraction::one() / &teeth.ratio();
+        if model_ratio.as_ref() != Some(&stated_ratio) {
             let message = format!(
-                "in the model {} turns {} times for one turn of {}, and the stated teeth make {stated}",
+                "in the model {} turns {} times per turn of {}, but the stated teeth give {stated_ratio}",
                 self.input,
-                between.map_or("0".to_string(), |b| b.to_string()),
+                model_ratio.map_or("0".to_string(), |b| b.to_string()),
                 self.output
             );
             return Err(Error::new(Code::RatioMismatch, message)
                 .with_hint("check --at (input, then output) and --teeth"));
         }
-        let mut named = KnownOrders::default();
+        let mut orders = KnownOrders::default();
         for line in order_lines::order_lines(machine, operating, &chain) {
-            // What lies before the input's encoder does not come between the two.
+            // Errors upstream of the input encoder have no quasi-static effect between the encoders.
             if line.quasi_static.norm() > 0.0 {
                 let name = source_name(machine, &line);
-                named.declared.push((line.order, name));
+                orders.declared.push((line.order, name));
             }
         }
-        for (dof, part) in machine.dofs.iter().enumerate() {
-            if let (Axis::Theta, Some(turns)) = (part.axis, chain.ratio(dof)) {
-                let name = format!("{} turns", machine.nodes[part.node].name);
-                named.possible.push((turns.abs(), name));
+        for (dof, coordinate) in machine.dofs.iter().enumerate() {
+            if let (Axis::Theta, Some(turns)) = (coordinate.axis, chain.ratio(dof)) {
+                let name = format!("{} turns", machine.nodes[coordinate.node].name);
+                orders.possible.push((turns.abs(), name));
             }
         }
         for gear in &machine.gears {
-            let (Some(teeth), Some(own)) = (gear.teeth, chain.ratio(gear.rotation_dof)) else {
+            let (Some(teeth), Some(rotation)) = (gear.teeth, chain.ratio(gear.rotation_dof)) else {
                 continue;
             };
-            let carried = match gear.carrier.map(|c| chain.ratio(c)) {
+            let carrier = match gear.carrier.map(|c| chain.ratio(c)) {
                 None => Fraction::zero(),
-                Some(Some(carried)) => carried.clone(),
+                Some(Some(carrier)) => carrier.clone(),
                 Some(None) => continue,
             };
-            let order = (own - &carried).abs().times(teeth);
+            let order = (rotation - &carrier).abs().times(teeth);
             let name = format!("{} meshes", machine.elements[gear.element].name);
-            named.possible.push((order, name));
+            orders.possible.push((order, name));
         }
-        Ok(named)
+        Ok(orders)
     }
 
-    /// Attributes the lines of a flank to declared sources, at output `speed`, rad/s, where known; `error` is the relative gain or loss of
-    /// a line by the cells.
+    /// Attributes the lines of a flank to declared sources, at the output `speed`, rad/s, if known; `error` is the relative amplitude error
+    /// of a line due to the cells of the averaging.
     ///
     /// # Errors
-    /// Those of the chain at speed.
+    /// Those of the transmission study at speed.
     pub fn attribute(
         &self,
         flank: &FlankEvaluation,
@@ -177,29 +177,29 @@ impl EncoderModel {
             speed: speed.map(reference).transpose()?,
             ..TransmissionStudy::default()
         };
-        let answer = run(&self.machine, &study)?;
+        let te = run(&self.machine, &study)?;
         let output_speed = speed.unwrap_or(0.0);
         let is_known = speed.is_some() && flank.lines.iter().any(|l| l.input.is_some());
-        let passing = is_known
-            .then(|| DriverTransfer::new(&self.machine.frequency_setting(None), &answer.chain))
+        let transfer = is_known
+            .then(|| DriverTransfer::new(&self.machine.operating_model(None), &te.chain))
             .transpose()?;
-        let mut all = Attribution::default();
-        for row in &answer.lines {
+        let mut result = Attribution::default();
+        for row in &te.lines {
             let LineOrigin::Declared(number) = row.line.origin else {
                 continue;
             };
-            let arrives = row.dynamic.unwrap_or(answer.quasi_static(row)).norm();
+            let output_amplitude = row.dynamic.unwrap_or(te.quasi_static(row)).norm();
             if row.line.quasi_static.norm() == 0.0 {
                 continue;
             }
-            all.sources += 1;
+            result.sources += 1;
             let harmonics = machine.errors[number].waveform.harmonics();
-            let own = harmonics.iter().find(|h| h.0 == row.line.harmonic);
+            let harmonic = harmonics.iter().find(|h| h.0 == row.line.harmonic);
             let source = DeclaredSource {
                 name: source_name(machine, &row.line),
-                declared: own.map_or(0.0, |h| h.1.abs()),
+                declared: harmonic.map_or(0.0, |h| h.1.abs()),
                 is_angle: machine.errors[number].cause == ErrorCause::Misalignment,
-                output_amplitude: arrives,
+                output_amplitude,
                 identified: None,
             };
             let Some(line) = flank
@@ -207,33 +207,33 @@ impl EncoderModel {
                 .iter()
                 .find(|l| l.order.fraction == row.line.order)
             else {
-                all.unresolved.push(source.name);
+                result.unresolved.push(source.name);
                 continue;
             };
-            match all.rows.iter_mut().find(|r| r.order == row.line.order) {
-                Some(known) => known.sources.push(source),
+            match result.rows.iter_mut().find(|r| r.order == row.line.order) {
+                Some(attributed) => attributed.sources.push(source),
                 None => {
                     let omega = row.line.order.to_f64() * output_speed;
-                    let (even, wider) = match &passing {
-                        Some(passing) => {
-                            uniform_input_amplitude(passing, omega, line, flank.forward, error)?
+                    let (uniform, widening) = match &transfer {
+                        Some(transfer) => {
+                            uniform_input_amplitude(transfer, omega, line, flank.forward, error)?
                         }
                         None => (line.amplitude, 0.0),
                     };
-                    let by = even - line.amplitude;
-                    all.rows.push(AttributedOrder {
+                    let shift = uniform - line.amplitude;
+                    result.rows.push(AttributedOrder {
                         order: row.line.order.clone(),
                         amplitude: line.amplitude,
-                        interval: line
-                            .interval
-                            .map(|(low, high)| ((low + by - wider).max(0.0), high + by + wider)),
-                        amplitude_uniform_input: even,
+                        interval: line.interval.map(|(low, high)| {
+                            ((low + shift - widening).max(0.0), high + shift + widening)
+                        }),
+                        amplitude_uniform_input: uniform,
                         sources: vec![source],
                     });
                 }
             }
         }
-        for row in &mut all.rows {
+        for row in &mut result.rows {
             if let ([source], Some((low, high))) = (&mut row.sources[..], row.interval)
                 && source.output_amplitude > 0.0
             {
@@ -244,38 +244,38 @@ impl EncoderModel {
                 ));
             }
         }
-        all.rank = all.rows.iter().filter(|r| r.interval.is_some()).count();
-        Ok(all)
+        result.rank = result.rows.iter().filter(|r| r.interval.is_some()).count();
+        Ok(result)
     }
 }
 
-/// Amplitude of a line at a uniform input speed, and the widening of its interval on either side by that correction.
+/// Amplitude of a line referred to uniform input speed, rad, and the widening of its interval to either side by this correction, rad.
 fn uniform_input_amplitude(
-    passing: &DriverTransfer,
+    transfer: &DriverTransfer,
     omega: f64,
     line: &OrderEstimate,
     forward: bool,
     error: f64,
 ) -> Result<(f64, f64), Error> {
-    let Some((ahead, deviation)) = line.input else {
+    let Some((input_line, deviation)) = line.input else {
         return Ok((line.amplitude, 0.0));
     };
-    let more = passing.dynamic_deviation(omega)?;
-    // Turning back, the angle runs against time.
-    let more = if forward { more } else { more.conj() };
-    let whole = Complex::from_polar(line.amplitude, line.phase);
-    let off = more * ahead;
-    let wider = Z_95 * more.norm() * deviation + error * off.norm();
-    Ok(((whole - off).norm(), wider))
+    let factor = transfer.dynamic_deviation(omega)?;
+    // In reverse rotation the angle decreases with time.
+    let factor = if forward { factor } else { factor.conj() };
+    let measured = Complex::from_polar(line.amplitude, line.phase);
+    let correction = factor * input_line;
+    let widening = Z_95 * factor.norm() * deviation + error * correction.norm();
+    Ok(((measured - correction).norm(), widening))
 }
 
 fn source_name(machine: &Machine, line: &Declared) -> String {
     let Some(error) = line.declared(machine) else {
         return String::new();
     };
-    let more = match line.harmonic {
+    let suffix = match line.harmonic {
         1 => String::new(),
         n => format!(", harmonic {n}"),
     };
-    format!("{} {}{more}", error.location, error.cause.name())
+    format!("{} {}{suffix}", error.location, error.cause.name())
 }

@@ -60,7 +60,7 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
                     "{quotient} is a transmissibility ({units}): its poles are those of the structure held at {}, not its modes",
                     input.name
                 );
-                let hint = "name the channel of the force as --input, or leave --input out";
+                let hint = "name the channel of the force as --input, or omit --input";
                 Some(warning("transmissibility", message, hint))
             }
             ResponseKind::ForceOverMotion(_) => {
@@ -101,7 +101,7 @@ pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> 
             Some(warning(
                 "kind-differs",
                 message,
-                "leave --kind out, or state the units: --unit",
+                "omit --kind, or state the units: --unit",
             ))
         }
         _ => None,
@@ -139,10 +139,10 @@ pub fn check_fit(
         .collect();
     (!misfits.is_empty()).then(|| {
         let message = format!(
-            "the fit misses {} of its size: modes and intervals rest on what it does not describe",
+            "the fit differs from {} of its size: the residual may bias modes and intervals",
             misfits.join(", ")
         );
-        warning("poor-fit", message, "take another --method or a narrower --band; check whether input and output are the right channels")
+        warning("poor-fit", message, "use another --method or a narrower --band; check whether input and output are the right channels")
     })
 }
 
@@ -205,11 +205,11 @@ pub fn check_modes(
     if !narrow.is_empty() {
         let (effect, hint) = match estimated_responses.and_then(|a| a.finest_resolution_hz) {
             Some(_) => (
-                "the record resolves it no better, and damping may be off by a few per cent",
+                "the length of the record limits it, and damping may be wrong by a few per cent",
                 "take a longer record",
             ),
             None => (
-                "leakage makes damping appear larger there",
+                "leakage biases damping upwards there",
                 "take longer blocks: a smaller --resolution, from a longer record",
             ),
         };
@@ -224,10 +224,10 @@ pub fn check_modes(
         let has_intervals = modes.iter().any(|m| m.pole_covariance.is_some());
         let message = match has_intervals || modes.is_empty() {
             true => format!(
-                "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
+                "{n:.1} independent averages: the variance behind the intervals is known within a factor of two at best"
             ),
             false => format!(
-                "{n:.1} independent averages: too few for intervals of the modes, which are not stated"
+                "{n:.1} independent averages: too few for intervals of the modes; none are given"
             ),
         };
         warnings.push(warning(
@@ -274,7 +274,7 @@ fn check_line_count(
         warning(
             "coarse-lines",
             message,
-            "measure lines nearer to each other there: smaller steps, or a longer record",
+            "use a finer frequency resolution there: smaller steps, or a longer record",
         )
     })
 }
@@ -324,7 +324,7 @@ fn check_spectra(
         .collect();
     if !fed_back.is_empty() {
         let message = format!(
-            "the input itself peaks at {}: force and motion may feed each other (a cut with regeneration, a shaker without control), which biases H1",
+            "the input spectrum peaks at {}: feedback from motion to force (a cut with regeneration, a shaker without control) biases H1",
             fed_back.join(", ")
         );
         warnings.push(warning(

@@ -1,4 +1,4 @@
-//! Encoder readings: counters, angles, quadrature tracks, pulse times and index pulses as angles.
+//! Conversion of encoder readings to angles: counters, angles, quadrature tracks, pulse times and index pulses.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ use crate::spectrum::rotation::encoder::quadrature;
 use crate::spectrum::rotation::level_crossings::{self, StateLevels, level_crossings};
 use crate::spectrum::rotation::tacho::{TachoPulse, TachoPulses, number_pulses};
 
-/// The channels of these names.
+/// Channels by name.
 ///
 /// # Errors
 /// `NoChannel`.
@@ -26,58 +26,58 @@ pub fn find_channels<'r>(
     recording: &'r Recording,
     names: &[String],
 ) -> Result<Vec<&'r Channel>, Error> {
-    let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
+    let channel_names: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
     names
         .iter()
         .map(|name| {
             recording
                 .channel(name)
-                .ok_or_else(|| unknown_channel(name, &known))
+                .ok_or_else(|| unknown_channel(name, &channel_names))
         })
         .collect()
 }
 
-/// Refuses gaps: an encoder that was not read may have lost counts.
+/// Refuses gaps in the readings, in which counts may be lost.
 ///
 /// # Errors
 /// Rows are missing.
 pub fn check_no_gaps(recording: &Recording) -> Result<(), Error> {
-    let found: usize = recording.segments.iter().map(ExactSizeIterator::len).sum();
-    if recording.segments.len() <= 1 && found == recording.samples {
+    let rows: usize = recording.segments.iter().map(ExactSizeIterator::len).sum();
+    if recording.segments.len() <= 1 && rows == recording.samples {
         return Ok(());
     }
     let end = recording.segments.first().map_or(0, |s| s.end);
     let message = format!(
-        "readings are missing after row {end} ({:.6} s): {found} rows in {} segments have numbers of all channels",
+        "missing samples after row {end} ({:.6} s): {rows} rows in {} segments have numbers of all channels",
         end as f64 / recording.rate_hz,
         recording.segments.len()
     );
     Err(Error::new(Code::NotANumber, message).with_hint(
-        "bridge them by straight lines with --fill-gaps, or take a segment without: --after, --before",
+        "interpolate them with --fill-gaps, or select a segment without gaps: --after, --before",
     ))
 }
 
-/// Lines a turn of both encoders.
+/// Lines per revolution of the input and the output encoder.
 ///
 /// # Errors
-/// `Usage`: they were not stated.
+/// `Usage` if they are not stated.
 pub fn lines_per_rev(study: &EncoderStudy) -> Result<(usize, usize), Error> {
     study.lines.ok_or_else(|| {
         Error::new(Code::Usage, "the number of encoder lines is not stated")
-            .with_hint("state the lines a turn of both: --lines 5000,5000")
+            .with_hint("state the lines per turn of both: --lines 5000,5000")
     })
 }
 
-/// Scale of a channel's readings.
+/// Scale of the readings of a channel; its description is appended to `descriptions`.
 ///
 /// # Errors
-/// Readings that are neither angles nor counts, or jump.
+/// Readings that are neither angles nor counts, or that jump.
 pub fn reading_scale(
     rows: &dyn EncoderReadings,
     channel: &Channel,
     is_output: bool,
     study: &EncoderStudy,
-    how: &mut Vec<String>,
+    descriptions: &mut Vec<String>,
 ) -> Result<EncoderScale, Error> {
     let name = &channel.name;
     let role = if is_output { "output" } else { "input" };
@@ -86,28 +86,28 @@ pub fn reading_scale(
         && dimension != Dimension::DIMENSIONLESS
     {
         if dimension != QuantityKind::Angle.dimension() {
-            let message = format!("{name} is in {unit}, which is no angle");
+            let message = format!("{name} is in {unit}, which is not an angle");
             return Err(Error::new(Code::WrongUnit, message).with_hint(
                 "encoders are read as angles (--unit COL=deg) or as counts (--unit COL=1 and --lines)",
             ));
         }
         let wrap = detect_wrap(rows, is_output, name, &[TAU / factor, 0.5 * TAU / factor])?;
-        how.push(format!("{role} {name}: angle in {unit}{}", wrap_text(wrap)));
+        descriptions.push(format!("{role} {name}: angle in {unit}{}", wrap_text(wrap)));
         return Ok(EncoderScale {
             unit: factor,
             wrap,
             step: 0.0,
         });
     }
-    let (a, b) = lines_per_rev(study)?;
-    let lines = if is_output { b } else { a };
+    let (of_input, of_output) = lines_per_rev(study)?;
+    let lines = if is_output { of_output } else { of_input };
     let counts = (lines * study.counts_per_line) as f64;
-    // Counters of 8 to 32 bits, and those set back each turn.
-    let mut known: Vec<f64> = vec![counts];
-    known.extend([8, 10, 12, 14, 16, 24, 32].map(|bits| f64::from(bits).exp2()));
-    let wrap = detect_wrap(rows, is_output, name, &known)?;
-    how.push(format!(
-        "{role} {name}: {counts} counts a turn ({lines} lines × {}){}",
+    // Counters of 8 to 32 bits, and counters reset at each revolution.
+    let mut moduli: Vec<f64> = vec![counts];
+    moduli.extend([8, 10, 12, 14, 16, 24, 32].map(|bits| f64::from(bits).exp2()));
+    let wrap = detect_wrap(rows, is_output, name, &moduli)?;
+    descriptions.push(format!(
+        "{role} {name}: {counts} counts per turn ({lines} lines × {}){}",
         study.counts_per_line,
         wrap_text(wrap)
     ));
@@ -119,10 +119,10 @@ pub fn reading_scale(
 }
 
 fn wrap_text(wrap: Option<f64>) -> String {
-    wrap.map_or(String::new(), |w| format!(", begins again after {w}"))
+    wrap.map_or(String::new(), |w| format!(", wraps at {w}"))
 }
 
-/// Channels as rows.
+/// Columns of the input and the output encoder, read row by row.
 pub struct EncoderColumns<'a> {
     /// Readings of the input encoder.
     pub input: &'a SampleColumn,
@@ -135,142 +135,142 @@ impl EncoderReadings for EncoderColumns<'_> {
         self.input.len().min(self.output.len())
     }
 
-    fn read(&self, from: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error> {
-        self.input.read(from, input)?;
-        self.output.read(from, output)
+    fn read(&self, first_row: usize, input: &mut [f64], output: &mut [f64]) -> Result<(), Error> {
+        self.input.read(first_row, input)?;
+        self.output.read(first_row, output)
     }
 }
 
-/// Instants of pulses, s, one after the other.
+/// Times of pulses, s, strictly increasing.
 fn pulse_times(channel: &Channel) -> Result<Vec<f64>, Error> {
     let (name, unit) = (&channel.name, &channel.unit);
     let factor = match quantity::parse_unit(unit) {
         Some((factor, dimension)) if dimension == QuantityKind::Time.dimension() => factor,
         _ if unit.is_empty() => 1.0,
         _ => {
-            let message = format!("{name} is in {unit}, which is no time");
+            let message = format!("{name} is in {unit}, which is not a time");
             return Err(Error::new(Code::WrongUnit, message)
-                .with_hint("--stamps takes instants: state the unit, such as --unit COL=µs"));
+                .with_hint("--stamps takes pulse times: state the unit, such as --unit COL=µs"));
         }
     };
     let mut times = vec![0.0; channel.samples.len()];
     channel.samples.read(0, &mut times)?;
     times.iter_mut().for_each(|t| *t *= factor);
-    if let Some(at) = times.windows(2).position(|w| w[0] >= w[1]) {
+    if let Some(row) = times.windows(2).position(|w| w[0] >= w[1]) {
         let message = format!(
-            "the pulses of {name} do not come one after the other at row {}",
-            at + 2
+            "the pulse times of {name} do not increase at row {}",
+            row + 2
         );
         return Err(Error::new(Code::InvalidTimeStamps, message)
-            .with_hint("is this the column of instants, and its unit right?"));
+            .with_hint("check that this is the column of pulse times, and its unit"));
     }
     Ok(times)
 }
 
-/// The angle of a shaft from instants of pulses.
+/// Angle of a shaft from pulse times; `lines` pulses per revolution.
 ///
 /// # Errors
-/// Instants that do not follow each other; pulses missing, unless they are to be put right.
+/// Times that do not increase; missing or extra pulses without `repair`.
 pub fn angle_from_pulse_times(
     channel: &Channel,
     lines: usize,
     repair: bool,
-    how: &mut Vec<String>,
+    descriptions: &mut Vec<String>,
 ) -> Result<AngleCurve, Error> {
     let name = &channel.name;
     let times = pulse_times(channel)?;
-    let found = number_pulses(&times);
-    let missing: usize = found.missing.iter().map(|m| m.number).sum();
-    if missing + found.extra_s.len() > 0 && !repair {
-        return Err(missing_lines_error(name, &found, missing, lines));
+    let pulses = number_pulses(&times);
+    let missing: usize = pulses.missing.iter().map(|m| m.number).sum();
+    if missing + pulses.extra_pulses_s.len() > 0 && !repair {
+        return Err(missing_lines_error(name, &pulses, missing, lines));
     }
-    how.push(format!(
-        "{name}: {} pulses, {lines} a turn{}",
+    descriptions.push(format!(
+        "{name}: {} pulses, {lines} per turn{}",
         times.len(),
-        match missing + found.extra_s.len() {
+        match missing + pulses.extra_pulses_s.len() {
             0 => String::new(),
             _ => format!(
-                ", {missing} missing and {} extra ones put right",
-                found.extra_s.len()
+                ", {missing} missing and {} extra ones corrected",
+                pulses.extra_pulses_s.len()
             ),
         }
     ));
-    AngleCurve::from_pulses(&found, lines)
+    AngleCurve::from_pulses(&pulses, lines)
 }
 
-/// The error of missing lines: where, and whether always at the same place of the disc.
-fn missing_lines_error(name: &str, found: &TachoPulses, missing: usize, lines: usize) -> Error {
-    let after = |time: f64| found.pulses.iter().find(|p: &&TachoPulse| p.time_s >= time);
-    let places: Vec<usize> = found
+/// Error of missing lines, with the first time and the position on the disc if it is always the same.
+fn missing_lines_error(name: &str, tacho: &TachoPulses, missing: usize, lines: usize) -> Error {
+    let next = |time: f64| tacho.pulses.iter().find(|p: &&TachoPulse| p.time_s >= time);
+    let positions: Vec<usize> = tacho
         .missing
         .iter()
-        .filter_map(|m| after(m.after_s))
+        .filter_map(|m| next(m.after_s))
         .map(|p| p.index % lines.max(1))
         .collect();
-    let same = places.len() > 1 && places.iter().all(|p| *p == places[0]);
-    let place = match (found.missing.first(), found.extra_s.first()) {
+    let is_same = positions.len() > 1 && positions.iter().all(|p| *p == positions[0]);
+    let place = match (tacho.missing.first(), tacho.extra_pulses_s.first()) {
         (Some(m), _) => format!("the first after {:.6} s", m.after_s),
         (None, Some(t)) => format!("the first at {t:.6} s"),
         (None, None) => String::new(),
     };
-    let disc = match same {
-        true => format!("; always behind line {} of the disc", places[0] + 1),
+    let disc = match is_same {
+        true => format!("; always behind line {} of the disc", positions[0] + 1),
         false => String::new(),
     };
     let message = format!(
-        "{name} misses {missing} pulses and has {} too many, {place}{disc}",
-        found.extra_s.len()
+        "{name} has {missing} missing and {} extra pulses, {place}{disc}",
+        tacho.extra_pulses_s.len()
     );
     Error::new(Code::LostCounts, message)
-        .with_hint("their places are known from their neighbours: --repair puts them right")
+        .with_hint("pass --repair to correct them from their neighbours")
 }
 
-/// The angle of a shaft from two tracks.
+/// Angle of a shaft from two quadrature tracks of `lines` lines per revolution.
 ///
 /// # Errors
-/// One track only; those of the decoding.
+/// A single track; those of the decoding.
 pub fn angle_from_tracks(
     recording: &Recording,
-    list: &[&Channel],
+    tracks: &[&Channel],
     lines: usize,
-    how: &mut Vec<String>,
+    descriptions: &mut Vec<String>,
 ) -> Result<AngleCurve, Error> {
-    let [a, b] = list else {
-        let message = "one shaft has two tracks and the other has not";
+    let [a, b] = tracks else {
+        let message = "one shaft has two tracks, the other only one";
         return Err(Error::new(Code::Usage, message)
             .with_hint("name both tracks of both encoders: --input A1,B1 --output A2,B2"));
     };
     let samples = sample_blocks::load_channels(recording, &[a, b], "the decoding of tracks")?;
-    let mut found = quadrature(&samples[0], &samples[1], recording.rate_hz)?;
-    if found.boundary.last() < found.boundary.first() {
-        // Tracks the other way round: counted up all the same, the ratio has no sign of its own.
-        found.boundary.iter_mut().for_each(|c| *c = -*c);
+    let mut edges = quadrature(&samples[0], &samples[1], recording.rate_hz)?;
+    if edges.boundary.last() < edges.boundary.first() {
+        // Exchanged tracks count down; the sign of the ratio is not evaluated, so count up.
+        edges.boundary.iter_mut().for_each(|c| *c = -*c);
     }
-    how.push(format!(
-        "{} and {}: tracks with {lines} lines a turn, {} edges{}",
+    descriptions.push(format!(
+        "{} and {}: tracks with {lines} lines per turn, {} edges{}",
         a.name,
         b.name,
-        found.time_s.len(),
-        match found.ambiguous_edges {
+        edges.time_s.len(),
+        match edges.ambiguous_edges {
             0 => String::new(),
             n => format!(", {n} closer than two samples"),
         }
     ));
-    found.angle_curve(lines)
+    edges.angle_curve(lines)
 }
 
-/// Angles at even instants.
+/// Angles sampled at a constant rate.
 pub struct UniformAngles {
-    /// When they are read.
+    /// Times of the rows.
     pub timing: RowTiming,
     /// Angles of input and output, rad.
     pub angles: [Vec<f64>; 2],
 }
 
-/// Both angles at even instants, as many as the coarser encoder has points.
+/// Samples both angles at a constant rate, with as many rows as the coarser encoder has points.
 ///
 /// # Errors
-/// No common time, fewer than two pulses.
+/// No common time range; fewer than two pulses.
 pub fn resample_uniform(a: &AngleCurve, b: &AngleCurve) -> Result<UniformAngles, Error> {
     let ((a0, a1), (b0, b1)) = (a.time_range_s(), b.time_range_s());
     let (from, to) = (a0.max(b0), a1.min(b1));
@@ -279,7 +279,7 @@ pub fn resample_uniform(a: &AngleCurve, b: &AngleCurve) -> Result<UniformAngles,
             Code::TooShort,
             "the two encoders were not read at the same time",
         )
-        .with_hint("both columns must count time from the same instant"));
+        .with_hint("both columns must have the same time origin"));
     }
     let count = a.points_within(from, to).min(b.points_within(from, to));
     if count < 2 {
@@ -289,7 +289,7 @@ pub fn resample_uniform(a: &AngleCurve, b: &AngleCurve) -> Result<UniformAngles,
         );
     }
     let rate = (count - 1) as f64 / (to - from);
-    let at = |curve: &AngleCurve| -> Vec<f64> {
+    let sample = |curve: &AngleCurve| -> Vec<f64> {
         (0..count)
             .map(|i| curve.angle_at(from + i as f64 / rate))
             .collect()
@@ -299,69 +299,69 @@ pub fn resample_uniform(a: &AngleCurve, b: &AngleCurve) -> Result<UniformAngles,
             from_s: from,
             rate_hz: rate,
         },
-        angles: [at(a), at(b)],
+        angles: [sample(a), sample(b)],
     })
 }
 
-/// When rows were read.
+/// Times of the rows of a recording.
 #[derive(Clone, Copy)]
 pub struct RowTiming {
-    /// The first, s.
+    /// Time of the first row, s.
     pub from_s: f64,
-    /// Rows a second, Hz.
+    /// Row rate, Hz.
     pub rate_hz: f64,
 }
 
-/// The index pulses that are named, their edges in rows.
+/// Index pulses of the channels that the study names; edges in rows.
 ///
 /// # Errors
-/// Channels that are not there, hold no pulses or no instants.
+/// Unknown channels, channels without pulses or times.
 pub fn index_signals(
-    read: EncoderRecordings,
+    recordings: EncoderRecordings,
     study: &EncoderStudy,
     timing: RowTiming,
-    how: &mut Vec<String>,
+    descriptions: &mut Vec<String>,
 ) -> Result<[Option<IndexSignal>; 2], Error> {
-    let mut all = [None, None];
+    let mut signals = [None, None];
     for (k, role) in ["input", "output"].into_iter().enumerate() {
-        let (Some(name), Some(recording)) = (&study.index[k], read.index[k]) else {
+        let (Some(name), Some(recording)) = (&study.index[k], recordings.index[k]) else {
             continue;
         };
         let channel = find_channels(recording, std::slice::from_ref(name))?[0];
-        let tracks = [&study.input, &study.output][k].len() == 2;
+        let is_quadrature = [&study.input, &study.output][k].len() == 2;
         let counts = study.lines.map(|l| {
             let lines = [l.0, l.1][k] as f64;
             match () {
                 () if study.pulse_times => lines,
-                () if tracks => 4.0 * lines,
+                () if is_quadrature => 4.0 * lines,
                 () => lines * study.counts_per_line as f64,
             }
         });
         let row = |time_s: f64| (time_s - timing.from_s) * timing.rate_hz;
         let signal = if study.pulse_times {
-            let mark = |t: f64| PulseEdge {
+            let edge = |t: f64| PulseEdge {
                 row: row(t),
                 rising: true,
             };
             IndexSignal {
-                edges: pulse_times(channel)?.into_iter().map(mark).collect(),
+                edges: pulse_times(channel)?.into_iter().map(edge).collect(),
                 edge_uncertainty: 0.0,
                 counts,
             }
         } else {
             index_edges(recording, channel, row, timing, counts)?
         };
-        how.push(format!(
+        descriptions.push(format!(
             "{role} index {}: {} edges",
             channel.name,
             signal.edges.len()
         ));
-        all[k] = Some(signal);
+        signals[k] = Some(signal);
     }
-    Ok(all)
+    Ok(signals)
 }
 
-/// The edges of a level that is one way most of the time.
+/// Edges of an index signal, whose level between pulses prevails.
 fn index_edges(
     recording: &Recording,
     channel: &Channel,
@@ -372,22 +372,22 @@ fn index_edges(
     let samples = sample_blocks::load_channels(recording, &[channel], "the edges of index pulses")?;
     let samples = &samples[0];
     let levels = StateLevels::from_samples(samples).map_err(|e| {
-        let message = format!("{} holds no index pulses: {}", channel.name, e.message);
+        let message = format!("{} has no index pulses: {}", channel.name, e.message);
         Error::new(e.code, message)
             .with_hint("check whether this is its channel: `geardyn check LOG`")
     })?;
-    let middle = 0.5 * (levels.low + levels.high);
-    let above = samples.iter().filter(|x| **x > middle).count();
-    // What is high most of the time is a pulse downward.
+    let threshold = 0.5 * (levels.low + levels.high);
+    let above = samples.iter().filter(|x| **x > threshold).count();
+    // A level that is high for most of the time has pulses downward.
     let upward = 2 * above <= samples.len();
-    let found = level_crossings(samples, recording.rate_hz, levels)?;
+    let crossings = level_crossings(samples, recording.rate_hz, levels)?;
     let edge = |e: level_crossings::LevelCrossing| PulseEdge {
         row: row(e.time_s),
         rising: e.rising == upward,
     };
     Ok(IndexSignal {
-        edges: found.into_iter().map(edge).collect(),
-        // Steeper than the sampling, an edge lies anywhere between two samples.
+        edges: crossings.into_iter().map(edge).collect(),
+        // An edge shorter than the sample interval lies anywhere between two samples.
         edge_uncertainty: 0.5 * (timing.rate_hz / recording.rate_hz).max(0.0),
         counts,
     })

@@ -81,11 +81,11 @@ impl EncoderStudy {
                 Code::Usage,
                 "output",
                 message,
-                "each encoder has columns of its own",
+                "name separate columns for the encoders",
             );
         } else if shafts().any(|s| marks.contains(&s)) || (marks.len() == 2 && marks[0] == marks[1])
         {
-            let hint = "the index pulse has a column of its own, such as wheel_z";
+            let hint = "name the separate column of the index pulse, such as wheel_z";
             let key = if index[1].is_some() {
                 "output_index"
             } else {
@@ -146,10 +146,10 @@ fn parse_encoder_lines(text: &str, subject: &str) -> Result<(usize, usize), Erro
         .and_then(|(a, b)| Some((number(a)?, number(b)?)));
     two.ok_or_else(|| {
         let message = match number(text) {
-            Some(n) => format!("{subject} is one number, {n}, and there are two encoders"),
-            None => format!("\"{}\" are no lines of two encoders", truncate(text)),
+            Some(n) => format!("{subject} is one number, {n}, but there are two encoders"),
+            None => format!("\"{}\" is not a pair of line counts", truncate(text)),
         };
-        let hint = format!("{subject} takes the lines a turn of both, input first: 5000,5000");
+        let hint = format!("{subject} takes the lines per turn of both, input first: 5000,5000");
         Error::new(Code::Usage, message).with_hint(hint)
     })
 }
@@ -158,7 +158,7 @@ fn parse_two_nodes(text: &str, subject: &str) -> Result<[String; 2], Error> {
     let two = text.split_once(',');
     let nodes = two.map(|(a, b)| [a, b].map(|node| node.trim().to_string()));
     nodes.ok_or_else(|| {
-        let message = format!("\"{}\" are no two nodes", truncate(text));
+        let message = format!("\"{}\" does not name two nodes", truncate(text));
         let hint = format!(
             "{subject} takes the nodes of both encoders, input first: index_gear_1,work_spindle"
         );

@@ -1,4 +1,4 @@
-//! The parts of a recording in which its sensors worked: time of stuck sensors is left out, and clipped time where enough is left.
+//! Segments of a recording without sensor faults: time of stuck sensors is removed, clipped time only if enough of the record remains.
 
 use std::ops::Range;
 
@@ -6,35 +6,35 @@ use crate::base::error::{Diagnostic, Error};
 use crate::recording::faults::{self, Faults};
 use crate::recording::signals::Recording;
 
-/// Smallest segment used, as a share of the longest segment of the record; blocks for averages are as long.
+/// Shortest segment used, relative to the longest segment of the record; blocks for averages have this length.
 const MIN_SEGMENT_SHARE: f64 = 1.0 / 16.0;
 
-/// The same for methods that take the longest segment alone.
+/// Minimum length of the longest unclipped segment relative to the longest segment, for methods that use only one segment.
 const MIN_LONGEST_SHARE: f64 = 0.5;
 
-/// Clipped samples and what falls between them take no more than this share of a record away.
+/// Maximum share of a record lost by removing clipped samples, including segments too short to use.
 const MAX_CLIPPED_SHARE: f64 = 0.5;
 
-/// A recording whose faults are known.
+/// Recording with its sensor faults.
 #[derive(Debug)]
 pub struct CheckedRecording {
-    /// Without the time in which a sensor was stuck.
+    /// The recording without the time in which a sensor was stuck.
     pub recording: Recording,
     /// Diagnostics of stuck channels.
     pub stuck: Vec<Diagnostic>,
     faults: Faults,
 }
 
-/// Use that a method makes of segments.
+/// Segments that a method uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SegmentUse {
-    /// It takes blocks of all of them.
+    /// The method takes blocks of all segments.
     Blocks,
-    /// It takes the longest.
+    /// The method takes the longest segment.
     Longest,
 }
 
-/// Leaves out the time in which a sensor of the outputs was stuck while another channel moved.
+/// Removes the time in which an output sensor was stuck while another channel varied.
 ///
 /// # Errors
 /// The samples cannot be read.
@@ -45,12 +45,12 @@ pub fn without_faults(
 ) -> Result<CheckedRecording, Error> {
     let faults = faults::find(recording, inputs, outputs)?;
     let ranges = faults.stuck_ranges();
-    let kept = faults::without(recording, ranges.clone());
-    let is_left_out = !ranges.is_empty() && !kept.segments.is_empty();
+    let remaining = faults::without(recording, ranges.clone());
+    let is_removed = !ranges.is_empty() && !remaining.segments.is_empty();
     Ok(CheckedRecording {
-        stuck: faults.stuck_warnings(recording, is_left_out),
-        recording: match is_left_out {
-            true => kept,
+        stuck: faults.stuck_warnings(recording, is_removed),
+        recording: match is_removed {
+            true => remaining,
             false => recording.clone(),
         },
         faults,
@@ -58,8 +58,8 @@ pub fn without_faults(
 }
 
 impl CheckedRecording {
-    /// Truncates the recording to its first samples.
-    pub fn beginning(&self, samples: usize) -> CheckedRecording {
+    /// Truncates the recording to its first `samples` samples.
+    pub fn truncated(&self, samples: usize) -> CheckedRecording {
         let mut recording = self.recording.clone();
         recording.segments.retain(|s| s.start < samples);
         recording.segment_starts.truncate(recording.segments.len());
@@ -74,28 +74,27 @@ impl CheckedRecording {
         }
     }
 
-    /// Recording without clipped samples as well, where the rest suffices; with the diagnostics. A response is then cut where it is large,
-    /// but
-    /// between the cuts input and output keep their relation, so that the responses are unbiased.
-    pub fn unclipped(&self, by: SegmentUse) -> (Recording, Vec<Diagnostic>) {
-        let Some(clipped) = self.faults.clipped_in_words(&self.recording) else {
+    /// Removes clipped samples as well if the remainder suffices, and returns the diagnostics. A response is then cut where it is large;
+    /// between the cuts the relation of input and output is unchanged, so that response estimates are unbiased.
+    pub fn unclipped(&self, segment_use: SegmentUse) -> (Recording, Vec<Diagnostic>) {
+        let Some(clipped) = self.faults.clipping_text(&self.recording) else {
             return (self.recording.clone(), self.stuck.clone());
         };
-        let kept = faults::without(&self.recording, self.faults.clipped_ranges());
+        let remaining = faults::without(&self.recording, self.faults.clipped_ranges());
         let longest = |r: &[Range<usize>]| r.iter().map(Range::len).max().unwrap_or(0) as f64;
-        let (before, after) = (&self.recording.segments, &kept.segments);
-        let enough = match by {
+        let (before, after) = (&self.recording.segments, &remaining.segments);
+        let is_enough = match segment_use {
             SegmentUse::Longest => longest(after) >= MIN_LONGEST_SHARE * longest(before),
             SegmentUse::Blocks => {
                 let block = MIN_SEGMENT_SHARE * longest(before);
-                let used = |r: &Range<usize>| r.len() as f64 / block;
-                let whole: f64 = after.iter().map(used).map(f64::floor).sum();
-                let all: f64 = before.iter().map(used).sum();
-                whole >= (1.0 - MAX_CLIPPED_SHARE) * all
+                let blocks = |r: &Range<usize>| r.len() as f64 / block;
+                let usable: f64 = after.iter().map(blocks).map(f64::floor).sum();
+                let total: f64 = before.iter().map(blocks).sum();
+                usable >= (1.0 - MAX_CLIPPED_SHARE) * total
             }
         };
         let mut diagnostics = self.stuck.clone();
-        if !enough {
+        if !is_enough {
             diagnostics.extend(self.clipped_warnings());
             return (self.recording.clone(), diagnostics);
         }
@@ -109,43 +108,43 @@ impl CheckedRecording {
             message,
             "measure with a larger range; a longer record gives longer segments",
         ));
-        (kept, diagnostics)
+        (remaining, diagnostics)
     }
 
-    /// Samples at which a channel, by its index, clipped.
+    /// Sample ranges in which a channel, by index, clipped.
     pub fn clipped_ranges_of(&self, channel: usize) -> Vec<Range<usize>> {
         self.faults.clipped_ranges_of(channel)
     }
 
-    /// Warnings about clipping that remains in the record.
+    /// Warnings of clipping that remains in the record.
     pub fn clipped_warnings(&self) -> Vec<Diagnostic> {
-        let words = self.faults.clipped_in_words(&self.recording);
-        let of = |words: String| {
+        let words = self.faults.clipping_text(&self.recording);
+        let diagnostic = |words: String| {
             let message = format!("{words}: modes and damping may be wrong beyond their intervals");
             warning(message, "measure again with a larger range")
         };
-        words.map(of).into_iter().collect()
+        words.map(diagnostic).into_iter().collect()
     }
 }
 
-/// Warnings about clipped and stuck channels in a spectrum, which takes all samples: to leave out the largest would lower it.
+/// Warnings of clipped and stuck channels in a spectrum, which uses all samples: removing the largest would bias it low.
 ///
 /// # Errors
 /// The samples cannot be read.
 pub fn spectrum_warnings(
     recording: &Recording,
-    places: &[usize],
+    channels: &[usize],
 ) -> Result<Vec<Diagnostic>, Error> {
-    let mut faults = faults::find(recording, places, &[])?;
-    faults.stuck = faults::find_stuck(recording, places)?.stuck;
-    let mut all = faults.stuck_warnings(recording, false);
-    if let Some(words) = faults.clipped_in_words(recording) {
+    let mut faults = faults::find(recording, channels, &[])?;
+    faults.stuck = faults::find_stuck(recording, channels)?.stuck;
+    let mut warnings = faults.stuck_warnings(recording, false);
+    if let Some(words) = faults.clipping_text(recording) {
         let message = format!(
-            "{words}: levels are too low, and multiples and differences of strong lines may be made by it"
+            "{words}: levels are too low, and harmonics and differences of strong lines may be artefacts"
         );
-        all.push(warning(message, "measure again with a larger range"));
+        warnings.push(warning(message, "measure again with a larger range"));
     }
-    Ok(all)
+    Ok(warnings)
 }
 
 fn warning(message: String, hint: &str) -> Diagnostic {

@@ -1,4 +1,4 @@
-//! Modes of free decays: a decay for each segment of a record, from the release until it has fallen into the noise.
+//! Modal identification from free decays: one decay per segment of a record, from the release until it reaches the noise.
 
 use super::identification_result::{Evidence, IdentifiedMode, SignalIdentification};
 use super::identify_study::IdentifyStudy;
@@ -17,44 +17,44 @@ use crate::spectrum::impact::{decay_length, levels};
 /// Length of a decay segment, as a multiple of the time in which the decay exceeds the noise of one sample.
 const TAIL: usize = 3;
 
-/// Shorter decays have no lines to fit.
-const SHORTEST: usize = 64;
+/// Minimum length of a decay, samples; shorter decays have too few spectral lines.
+const MIN_SAMPLES: usize = 64;
 
 /// Result of the free-decay analysis.
-pub struct Decays {
-    /// Modes and what they rest on.
+pub struct FreeDecayResult {
+    /// Modes with their evidence.
     pub identification: SignalIdentification,
-    /// Misfit by channel and decay.
+    /// Relative fit error by channel and decay.
     pub fit_error: Vec<f64>,
-    /// Description of the segmentation of the record, as text.
-    pub how: String,
-    /// The band fitted, Hz.
+    /// Description of the segmentation of the record.
+    pub method_text: String,
+    /// Fitted band, Hz.
     pub band_hz: (f64, f64),
     /// Number of decays.
     pub count: usize,
 }
 
-/// Level of all channels by segment, about the mean of each segment, every channel over its largest.
+/// Rms level over all channels by block, about the mean of each block, each channel relative to its maximum.
 fn level(channels: &[&[f64]]) -> Vec<f64> {
-    let of = |samples: &&[f64]| -> Vec<f64> {
-        let segment = samples.len().div_ceil(SEGMENTS).max(2);
-        let one = |part: &[f64]| {
-            let mean = part.iter().sum::<f64>() / part.len() as f64;
-            part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64
+    let relative_power = |samples: &&[f64]| -> Vec<f64> {
+        let length = samples.len().div_ceil(BLOCKS).max(2);
+        let variance = |block: &[f64]| {
+            let mean = block.iter().sum::<f64>() / block.len() as f64;
+            block.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / block.len() as f64
         };
-        let power: Vec<f64> = samples.chunks_exact(segment).map(one).collect();
+        let power: Vec<f64> = samples.chunks_exact(length).map(variance).collect();
         let largest = power.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         power.iter().map(|p| p / largest).collect()
     };
-    let all: Vec<Vec<f64>> = channels.iter().map(of).collect();
-    let count = all.first().map_or(0, Vec::len);
+    let powers: Vec<Vec<f64>> = channels.iter().map(relative_power).collect();
+    let count = powers.first().map_or(0, Vec::len);
     (0..count)
-        .map(|k| (all.iter().map(|c| c[k]).sum::<f64>() / all.len() as f64).sqrt())
+        .map(|k| (powers.iter().map(|c| c[k]).sum::<f64>() / powers.len() as f64).sqrt())
         .collect()
 }
 
-/// Segments of a record whose levels are compared.
-const SEGMENTS: usize = 64;
+/// Number of blocks of a record whose levels are compared.
+const BLOCKS: usize = 64;
 
 fn largest(level: &[f64]) -> usize {
     (0..level.len())
@@ -62,45 +62,44 @@ fn largest(level: &[f64]) -> usize {
         .unwrap_or(0)
 }
 
-/// Whether segments of a record are free decays: quiet, or held, before the largest level, and falling behind it by 20 dB and
-/// more without rising again.
+/// True if the channels of a segment decay freely: quiet or held before the maximum level, then falling by 20 dB or more without
+/// rising again.
 pub fn is_decay(channels: &[&[f64]]) -> bool {
     const QUIET: f64 = 0.3;
     const FALL: f64 = 10.0;
     const RISE: f64 = 1.4;
     let level = level(channels);
     let top = largest(&level);
-    let (Some(&last), true) = (level.last(), level.len() >= SEGMENTS / 2) else {
+    let (Some(&last), true) = (level.last(), level.len() >= BLOCKS / 2) else {
         return false;
     };
-    // The release may lie in the segment before the largest.
-    let before = &level[..top.saturating_sub(1)];
+    // The release may lie in the block before the maximum.
+    let prior = &level[..top.saturating_sub(1)];
     let noise = level[top..].iter().copied().fold(f64::INFINITY, f64::min);
-    let mut reached = level[top];
-    let falls = level[top..].iter().all(|&l| {
-        let is_below = l <= RISE * reached + 2.0 * noise;
-        reached = reached.min(l);
+    let mut lowest = level[top];
+    let is_falling = level[top..].iter().all(|&l| {
+        let is_below = l <= RISE * lowest + 2.0 * noise;
+        lowest = lowest.min(l);
         is_below
     });
     2 * top < level.len()
         && FALL * last <= level[top]
-        && before.iter().all(|&l| l <= QUIET * level[top])
-        && falls
+        && prior.iter().all(|&l| l <= QUIET * level[top])
+        && is_falling
 }
 
-/// From where to where a segment decays, in samples. The release lies in the segment of the largest level or before it; the
-/// decay is taken from the end of that segment, and looked at closer for as long as it takes up a small part of what was looked
-/// at.
+/// Sample range of the decay in a segment. The release lies in the block of maximum level or in the one before it, and the decay
+/// starts at the end of that block; the search is repeated on the range of the decay while that is a small part of the range.
 fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
-    const CLOSER: usize = 4;
+    const ZOOM: usize = 4;
     let length = channels.first().map_or(0, |c| c.len());
     let (mut from, mut to) = (0, length);
     loop {
         let views: Vec<&[f64]> = channels.iter().map(|c| &c[from..to]).collect();
-        let segment = (to - from).div_ceil(SEGMENTS).max(2);
+        let block = (to - from).div_ceil(BLOCKS).max(2);
         let top = largest(&level(&views));
-        let start = from + ((top + 1) * segment).min(to - from);
-        let lasts = (channels.iter())
+        let start = from + ((top + 1) * block).min(to - from);
+        let decay_samples = (channels.iter())
             .map(|c| {
                 let tail = &c[to - (to - from) / 8..to];
                 let mean = tail.iter().sum::<f64>() / tail.len().max(1) as f64;
@@ -110,43 +109,43 @@ fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
             })
             .max()
             .unwrap_or(0);
-        let end = (start + TAIL * lasts).min(to);
-        let before = from + top.saturating_sub(1) * segment;
-        if CLOSER * (end - before) > to - from || end - before < CLOSER * SHORTEST {
+        let end = (start + TAIL * decay_samples).min(to);
+        let release = from + top.saturating_sub(1) * block;
+        if ZOOM * (end - release) > to - from || end - release < ZOOM * MIN_SAMPLES {
             return start..end;
         }
-        (from, to) = (before, end);
+        (from, to) = (release, end);
     }
 }
 
-/// Whether each segment of the channels is a free decay; of records too long to be decays nothing.
+/// True for each segment that is a free decay; empty for records too long to be free decays.
 ///
 /// # Errors
 /// Samples that cannot be read.
 pub fn decaying_segments(recording: &Recording, outputs: &[usize]) -> Result<Vec<bool>, Error> {
-    /// Longer records are of something else.
+    /// Maximum number of samples over all channels.
     const MAX_LEN: usize = 20_000_000;
     if recording.samples.saturating_mul(outputs.len()) > MAX_LEN {
         return Ok(Vec::new());
     }
     let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
     let samples = sample_blocks::load_channels(recording, &channels, "a free decay")?;
-    let one = |s: &std::ops::Range<usize>| {
+    let is_decaying = |s: &std::ops::Range<usize>| {
         let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
         is_decay(&views)
     };
-    Ok(recording.segments.iter().map(one).collect())
+    Ok(recording.segments.iter().map(is_decaying).collect())
 }
 
-/// Files that do not ring down, of a test in which others do.
-pub fn other_files(recording: &Recording, decays: &[bool]) -> Option<String> {
-    let of = |wanted: bool| -> Vec<&str> {
+/// Text naming the files without a free decay, if other files of the test have one.
+pub fn files_without_decay(recording: &Recording, decays: &[bool]) -> Option<String> {
+    let paths_where = |is_decay: bool| -> Vec<&str> {
         let mut paths: Vec<&str> = Vec::new();
         for (segment, _) in recording
             .segments
             .iter()
             .zip(decays)
-            .filter(|s| *s.1 == wanted)
+            .filter(|s| *s.1 == is_decay)
         {
             let file = recording
                 .files
@@ -157,28 +156,28 @@ pub fn other_files(recording: &Recording, decays: &[bool]) -> Option<String> {
         paths.dedup();
         paths
     };
-    let (others, decaying) = (of(false), of(true));
-    (recording.files.len() > 1 && !others.is_empty() && !decaying.is_empty()).then(|| {
-        let verb = if others.len() == 1 { "does" } else { "do" };
+    let (steady, decaying) = (paths_where(false), paths_where(true));
+    (recording.files.len() > 1 && !steady.is_empty() && !decaying.is_empty()).then(|| {
+        let verb = if steady.len() == 1 { "does" } else { "do" };
         format!(
             "{} {verb} not ring down as {} does",
-            quoted_list(others.into_iter()),
+            quoted_list(steady.into_iter()),
             quoted_list(decaying.into_iter().take(1))
         )
     })
 }
 
-/// Misfit of a decay, relative, from which on its modes rest on what the fit does not describe.
-const MAX_MISFIT: f64 = 0.5;
+/// Relative fit error of a decay above which its modes are unreliable.
+const MAX_FIT_ERROR: f64 = 0.5;
 
-/// Names the decays that the fit misses by half their size.
+/// Warning that names the decays with a fit error above [`MAX_FIT_ERROR`].
 fn poor_fit(
     fit_error: &[f64],
     channels: &[&Channel],
     files: &[Option<String>],
 ) -> Option<Diagnostic> {
-    let one = |(at, error): (usize, &f64)| {
-        let (channel, decay) = (at / files.len(), at % files.len());
+    let row = |(index, error): (usize, &f64)| {
+        let (channel, decay) = (index / files.len(), index % files.len());
         let place = match &files[decay] {
             Some(file) => format!(" of {file}"),
             None if files.len() > 1 => format!(" of decay {}", decay + 1),
@@ -190,13 +189,14 @@ fn poor_fit(
             100.0 * error
         )
     };
-    let all = fit_error.iter().enumerate();
-    let missed: Vec<String> = all.filter(|(_, e)| !(**e <= MAX_MISFIT)).map(one).collect();
-    (!missed.is_empty()).then(|| Diagnostic {
+    let errors = fit_error.iter().enumerate();
+    let poor = errors.filter(|(_, e)| !(**e <= MAX_FIT_ERROR));
+    let poor: Vec<String> = poor.map(row).collect();
+    (!poor.is_empty()).then(|| Diagnostic {
         code: "poor-fit",
         message: format!(
-            "the fit misses {} of its size: modes and intervals rest on what it does not describe",
-            missed.join(", ")
+            "the fit differs from {} of its size: the residual may bias modes and intervals",
+            poor.join(", ")
         ),
         hint: Some("omit records that do not ring down, or narrow the band: --band".to_string()),
     })
@@ -205,47 +205,47 @@ fn poor_fit(
 /// Fits the decays of all segments together.
 ///
 /// # Errors
-/// `too-short` where nothing decays; those of the fit.
+/// `too-short` if no segment decays long enough; those of the fit.
 pub fn identify(
     recording: &Recording,
     outputs: &[usize],
     study: &IdentifyStudy,
-) -> Result<Decays, Error> {
+) -> Result<FreeDecayResult, Error> {
     let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
     let samples = sample_blocks::load_channels(recording, &channels, "a free decay")?;
     let rate = recording.rate_hz;
-    let cut: Vec<std::ops::Range<usize>> = (recording.segments.iter())
+    let ranges: Vec<std::ops::Range<usize>> = (recording.segments.iter())
         .map(|s| {
             let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
-            let own = decay(&views);
-            s.start + own.start..s.start + own.end
+            let range = decay(&views);
+            s.start + range.start..s.start + range.end
         })
         .collect();
-    let files: Vec<Option<String>> = (cut.iter())
+    let files: Vec<Option<String>> = (ranges.iter())
         .map(|r| {
             recording
-                .moment(r.start.min(recording.samples.saturating_sub(1)))
+                .sample_time(r.start.min(recording.samples.saturating_sub(1)))
                 .file
         })
         .collect();
-    let shortest = (cut.iter().zip(&files)).min_by_key(|(r, _)| r.len());
-    let longest = shortest.map_or(0, |(r, _)| r.len());
-    if longest < SHORTEST {
-        let message = match longest {
-            0 => "nothing rings down: no level falls behind the largest".to_string(),
+    let shortest = (ranges.iter().zip(&files)).min_by_key(|(r, _)| r.len());
+    let available = shortest.map_or(0, |(r, _)| r.len());
+    if available < MIN_SAMPLES {
+        let message = match available {
+            0 => "no free decay: no level falls after the maximum".to_string(),
             n => format!("a decay of {} is too short to fit", pluralise(n, "sample")),
         };
-        let error = Error::new(Code::TooShort, message).with_hint(match longest {
-            0 => "leave the record out, or take it as driven by noise: --method ssi-cov",
-            _ => "record from before the release until nothing moves, or sample faster",
+        let error = Error::new(Code::TooShort, message).with_hint(match available {
+            0 => "omit the record, or treat it as driven by noise: --method ssi-cov",
+            _ => "record from before the release until the motion has decayed, or sample faster",
         });
         return Err(match shortest.and_then(|(_, file)| file.as_ref()) {
             Some(file) => error.with_file(file),
             None => error,
         });
     }
-    let length = prev_fast_len(longest);
-    let decays: Vec<Vec<&[f64]>> = (cut.iter())
+    let length = prev_fast_len(available);
+    let decays: Vec<Vec<&[f64]>> = (ranges.iter())
         .map(|r| {
             samples
                 .iter()
@@ -253,8 +253,8 @@ pub fn identify(
                 .collect()
         })
         .collect();
-    let apart_hz = rate / length as f64;
-    let band_hz = study.band_hz.unwrap_or((apart_hz, TOP * rate));
+    let spacing_hz = rate / length as f64;
+    let band_hz = study.band_hz.unwrap_or((spacing_hz, TOP * rate));
     let options = RationalOptions {
         band_hz: Some(band_hz),
         order: study.order,
@@ -262,19 +262,19 @@ pub fn identify(
     };
     let fit = fit(rate, &decays, &options)?;
     let table: Vec<Vec<usize>> = (0..channels.len())
-        .map(|c| (c * cut.len()..(c + 1) * cut.len()).collect())
+        .map(|c| (c * ranges.len()..(c + 1) * ranges.len()).collect())
         .collect();
     let modes = modes_over_table(&fit, &table, 0.0)?;
-    let is_weak = |m: &IdentifiedMode| weak::reason(m, apart_hz, None);
+    let is_weak = |m: &IdentifiedMode| weak::reason(m, spacing_hz, None);
     let (modes, weak) = weak::split_weak(modes, is_weak, study.all);
-    let starts: Vec<String> = (cut.iter().take(6))
-        .map(|r| format!("{:.4} s", recording.moment(r.start).time_s))
+    let starts: Vec<String> = (ranges.iter().take(6))
+        .map(|r| format!("{:.4} s", recording.sample_time(r.start).time_s))
         .collect();
-    let how = format!(
-        "{} from {}{}, {:.4} s each: transforms without window or leakage, lines {apart_hz:.4} Hz apart",
-        pluralise(cut.len(), "free decay"),
+    let method_text = format!(
+        "{} from {}{}, {:.4} s each: transforms without window or leakage, lines {spacing_hz:.4} Hz apart",
+        pluralise(ranges.len(), "free decay"),
         starts.join(", "),
-        if cut.len() > starts.len() {
+        if ranges.len() > starts.len() {
             ", …"
         } else {
             ""
@@ -283,11 +283,11 @@ pub fn identify(
     );
     let mut diagnostics = fit.diagnostics.clone();
     diagnostics.extend(poor_fit(&fit.fit_error, &channels, &files));
-    Ok(Decays {
+    Ok(FreeDecayResult {
         fit_error: fit.fit_error.clone(),
-        how,
+        method_text,
         band_hz,
-        count: cut.len(),
+        count: ranges.len(),
         identification: SignalIdentification {
             modes,
             weak,

@@ -1,4 +1,4 @@
-//! Spectra over frequency: Welch, multitaper, envelope, spectrogram.
+//! Spectra over frequency: Welch, multitaper, squared envelope, spectrogram.
 
 use std::ops::Range;
 
@@ -18,43 +18,43 @@ use crate::spectrum::spectrogram::{Spectrogram, SpectrogramOptions, SpectrogramR
 use crate::spectrum::welch::{Averaging, WelchEstimator, WelchOptions};
 use crate::spectrum::window::Window;
 
-/// Longest record, in samples, that is one block by default: there its lines are finer than its noise is rough.
+/// Longest record, samples, that is analysed as a single block by default: resolution matters more than the variance of the noise.
 const MAX_SINGLE_BLOCK: usize = 8192;
 
-/// The shortest block of a longer record taken unasked.
+/// Shortest default block of a longer record, samples.
 const MIN_DEFAULT_BLOCK: usize = 2048;
 
-/// The longest block taken unasked.
+/// Longest default block, samples.
 const MAX_DEFAULT_BLOCK: usize = 1 << 16;
 
-/// Blocks that a longer record is cut into at least.
+/// Minimum number of blocks of a longer record.
 const MIN_BLOCKS: usize = 16;
 
-/// Tapers of a multitaper spectrum: ten degrees of freedom more than a single one, lines six times as wide.
-const TAPERS: usize = 6;
+/// Default number of tapers: twelve degrees of freedom in place of two, bandwidth of about six lines.
+const DEFAULT_TAPERS: usize = 6;
 
-/// Rows of a spectrogram at most; more blocks are averaged into one row beyond.
-const ROWS: usize = 500;
+/// Maximum number of spectrogram rows; a longer record averages several blocks per row.
+const MAX_ROWS: usize = 500;
 
 /// Default number of blocks of a spectrogram.
 const SPECTROGRAM_BLOCKS: usize = 64;
 
-/// The longest block of a spectrogram taken unasked.
+/// Longest default block of a spectrogram, samples.
 const MAX_SPECTROGRAM_BLOCK: usize = 4096;
 
-/// Samples of the shortest block: fewer lines than five show nothing.
+/// Shortest block, samples: five lines.
 const MIN_BLOCK: usize = 8;
 
-/// The longest segment without a gap.
+/// Sample range of the longest segment without a gap.
 pub fn longest_segment(recording: &Recording) -> Range<usize> {
     let longest = recording.segments.iter().max_by_key(|s| s.len());
     longest.cloned().unwrap_or(0..0)
 }
 
-/// Welch's spectra, streamed; of the random part on request.
+/// Welch spectra, streamed by blocks; on request of the random part of the signals, held in memory.
 ///
 /// # Errors
-/// A resolution or an overlap without sense, a record too short, samples that cannot be held at once for a separation.
+/// The resolution or the overlap is out of range; the record is too short, or too long for a separation in memory.
 pub fn welch_spectra(
     recording: &Recording,
     channels: &[&Channel],
@@ -71,20 +71,20 @@ pub fn welch_spectra(
     let mut diagnostics = Vec::new();
     let mut part = String::new();
     if study.separate {
-        let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
-        let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
+        let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+        let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
         estimator.push(&views);
-        part = parts.removed_text;
+        part = signals.removed_text;
     } else {
         sample_blocks::average(recording, channels, &mut estimator)?;
     }
     let spectra = estimator.finish()?;
     let averages = match (spectra.averages, study.averaging) {
-        (None, _) => "the largest of each line kept".to_string(),
+        (None, _) => "maximum of each line".to_string(),
         (Some(n), Averaging::Exponential(_)) => format!("exponential, {n:.1} independent averages"),
         (Some(n), _) => format!("{n:.1} independent averages"),
     };
-    let how = format!(
+    let method_text = format!(
         "{} of {:.4} s ({} window, {:.0} % overlap): {averages}, {:.6} Hz lines{part}",
         pluralise(spectra.blocks, "block"),
         options.block as f64 / recording.rate_hz,
@@ -92,12 +92,12 @@ pub fn welch_spectra(
         100.0 * options.overlap,
         recording.rate_hz / options.block as f64,
     );
-    Ok(to_estimate(how, spectra, diagnostics))
+    Ok(to_estimate(method_text, spectra, diagnostics))
 }
 
-fn to_estimate(how: String, spectra: Spectra, diagnostics: Vec<Diagnostic>) -> SpectrumEstimate {
+fn to_estimate(method: String, spectra: Spectra, diagnostics: Vec<Diagnostic>) -> SpectrumEstimate {
     SpectrumEstimate {
-        method_text: how,
+        method_text: method,
         abscissa_kind: AbscissaKind::Frequency,
         spectra,
         spectrogram_rows: Vec::new(),
@@ -106,16 +106,16 @@ fn to_estimate(how: String, spectra: Spectra, diagnostics: Vec<Diagnostic>) -> S
     }
 }
 
-/// Share of the random part in a channel, as text.
+/// Power share of the random part of a channel, as text.
 pub fn random_part_text(channel: &Channel, share: f64) -> String {
     format!(
-        "; of the random part, {:.3} % of the power of {}: the rest repeats and is taken off",
+        "; of the random part, {:.3} % of the power of {}; the periodic part is removed",
         100.0 * share,
         channel.name
     )
 }
 
-/// Samples in a block: as requested, else from the length of the longest segment.
+/// Block length, samples: from the requested resolution, else from the length of the longest segment.
 fn block_len(recording: &Recording, resolution_hz: Option<f64>) -> Result<usize, Error> {
     let longest = longest_segment(recording).len();
     match resolution_hz {
@@ -128,7 +128,7 @@ fn block_len(recording: &Recording, resolution_hz: Option<f64>) -> Result<usize,
     }
 }
 
-/// Samples in a block of a stated resolution.
+/// Block length, samples, for a frequency resolution, Hz.
 fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usize, Error> {
     let longest = longest_segment(recording).len();
     let block = (recording.rate_hz / resolution_hz).round();
@@ -136,7 +136,7 @@ fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usi
         return Ok(block as usize);
     }
     let message = format!(
-        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest segment has {longest}, and a block at least {MIN_BLOCK}"
+        "a resolution of {resolution_hz:e} Hz needs blocks of {block:e} samples; the longest segment has {longest}, the least block {MIN_BLOCK}"
     );
     let hint = format!(
         "request {:.6} to {:.6} Hz",
@@ -146,18 +146,18 @@ fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usi
     Err(Error::new(Code::OutOfRange, message).with_hint(hint))
 }
 
-/// Samples of the longest segment.
+/// Signals of the longest segment.
 pub struct SegmentSignals {
     /// Samples of each channel.
     pub samples: Vec<Vec<f64>>,
-    /// Description of the removed components, as text; empty where there are none.
+    /// Removed components, as text; empty by default.
     pub removed_text: String,
 }
 
-/// Every channel's longest segment, or its random part.
+/// Loads the longest segment of every channel and, on request, separates its random part.
 ///
 /// # Errors
-/// More samples than can be held, a segment too short to be separated.
+/// The record exceeds the memory limit, or the segment is too short for a separation.
 pub fn longest_segment_signals(
     recording: &Recording,
     channels: &[&Channel],
@@ -174,36 +174,36 @@ pub fn longest_segment_signals(
                 range.len() as f64 / recording.rate_hz,
                 range.start as f64 / recording.rate_hz
             ),
-            hint: Some("bridge the gaps with --fill-gaps, or choose a segment with --after and --before".into()),
+            hint: Some("interpolate the gaps with --fill-gaps, or choose a segment with --after and --before".into()),
         });
     }
-    let all = sample_blocks::load_channels(recording, channels, "this analysis")?;
-    let mut part = String::new();
-    let cut = |mut samples: Vec<f64>| {
+    let channel_samples = sample_blocks::load_channels(recording, channels, "this analysis")?;
+    let mut removed_text = String::new();
+    let crop = |mut samples: Vec<f64>| {
         samples.truncate(range.end);
         samples.drain(..range.start);
         samples
     };
-    let mut samples: Vec<Vec<f64>> = all.into_iter().map(cut).collect();
+    let mut samples: Vec<Vec<f64>> = channel_samples.into_iter().map(crop).collect();
     if study.separate {
-        let parts = parallel::try_map(&samples, |samples| random_part(samples))?;
+        let random_parts = parallel::try_map(&samples, |samples| random_part(samples))?;
         samples.clear();
-        for ((random, share), channel) in parts.into_iter().zip(channels) {
-            part += &random_part_text(channel, share);
+        for ((random, share), channel) in random_parts.into_iter().zip(channels) {
+            removed_text += &random_part_text(channel, share);
             samples.push(random);
         }
     }
     Ok(SegmentSignals {
         samples,
-        removed_text: part,
+        removed_text,
     })
 }
 
-/// Random part of a signal, predicted over half a block from blocks of a sixteenth of the record; and its share of the power about the
-/// mean.
+/// Random part of a signal, and its share of the variance. The periodic part is predicted over a delay of half a block, from blocks of
+/// a sixteenth of the record.
 ///
 /// # Errors
-/// Too few samples.
+/// The signal has too few samples.
 pub fn random_part(samples: &[f64]) -> Result<(Vec<f64>, f64), Error> {
     let power = (samples.len() / MIN_BLOCKS).max(4).ilog2();
     let block = (1usize << power).min(MAX_DEFAULT_BLOCK);
@@ -217,41 +217,41 @@ pub fn random_part(samples: &[f64]) -> Result<(Vec<f64>, f64), Error> {
     Ok((random, share))
 }
 
-/// Spectra of the whole of the longest segment by tapers.
+/// Multitaper spectra of the longest segment with sine tapers.
 ///
 /// # Errors
-/// A record too short or too long to be held.
+/// The record is too short, or exceeds the memory limit.
 pub fn multitaper_spectra(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<SpectrumEstimate, Error> {
     let mut diagnostics = Vec::new();
-    let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
-    let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
+    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
     let samples = views.first().map_or(0, |v| v.len());
-    // Tapers see (K + 1)/2 lines to either side.
+    // K sine tapers have a half-bandwidth of (K + 1)/2 lines.
     let tapers = match study.frequency_resolution_hz {
         Some(df) => (df * samples as f64 / recording.rate_hz - 1.0)
             .round()
             .clamp(1.0, samples as f64) as usize,
-        None => TAPERS,
+        None => DEFAULT_TAPERS,
     };
     let spectra = multitaper(recording.rate_hz, &views, &[], tapers)?;
-    let how = format!(
+    let method_text = format!(
         "{tapers} sine tapers on {:.4} s: lines {:.6} Hz apart and {:.6} Hz wide{}",
         samples as f64 / recording.rate_hz,
         recording.rate_hz / (samples + 1) as f64,
         spectra.bandwidth_hz,
-        parts.removed_text
+        signals.removed_text
     );
-    Ok(to_estimate(how, spectra, diagnostics))
+    Ok(to_estimate(method_text, spectra, diagnostics))
 }
 
-/// Lines of the squared envelope of the band, of the longest segment.
+/// Spectra of the squared envelope of a band over the longest segment.
 ///
 /// # Errors
-/// A band that holds nothing, a record too long to be held.
+/// The band contains too few lines, or the record exceeds the memory limit.
 pub fn envelope_spectra(
     recording: &Recording,
     channels: &[&Channel],
@@ -261,16 +261,16 @@ pub fn envelope_spectra(
     let (low_hz, high_hz) = study.band.unwrap_or((0.0, 0.5 * recording.rate_hz));
     let band = FrequencyBand { low_hz, high_hz };
     let duration_s = longest_segment(recording).len() as f64 / recording.rate_hz;
-    let lines = (high_hz.min(0.5 * recording.rate_hz) - low_hz) * duration_s;
-    if lines < MIN_BLOCK as f64 {
+    let n_lines = (high_hz.min(0.5 * recording.rate_hz) - low_hz) * duration_s;
+    if n_lines < MIN_BLOCK as f64 {
         let message = format!(
-            "the band {low_hz:.6} … {high_hz:.6} Hz holds {} of {duration_s:.6} s, where an envelope needs {MIN_BLOCK}",
-            pluralise(lines.floor() as usize, "line")
+            "the band {low_hz:.6} … {high_hz:.6} Hz has {} over {duration_s:.6} s; an envelope needs {MIN_BLOCK}",
+            pluralise(n_lines.floor() as usize, "line")
         );
         return Err(Error::new(Code::TooShort, message)
             .with_hint("choose a wider --band, or record for longer"));
     }
-    let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
     let mut spectra = Spectra {
         rate_hz: 2.0 * (high_hz.min(0.5 * recording.rate_hz) - low_hz),
         bandwidth_hz: 1.0,
@@ -278,33 +278,33 @@ pub fn envelope_spectra(
         averages: Some(1.0),
         ..Spectra::default()
     };
-    let envelopes = parallel::try_map(&parts.samples, |samples| {
+    let envelopes = parallel::try_map(&signals.samples, |samples| {
         squared_envelope_spectrum(samples, recording.rate_hz, band)
     })?;
-    for lines in envelopes {
+    for envelope in envelopes {
         spectra
             .psd
-            .push(lines.amplitude.iter().map(|a| 0.5 * a * a).collect());
-        spectra.frequency_hz = lines.frequency_hz;
+            .push(envelope.amplitude.iter().map(|a| 0.5 * a * a).collect());
+        spectra.frequency_hz = envelope.frequency_hz;
     }
-    let how = format!(
+    let method_text = format!(
         "squared envelope of {low_hz:.6} … {high_hz:.6} Hz over {duration_s:.4} s{}",
-        parts.removed_text
+        signals.removed_text
     );
     if study.band.is_none() {
         diagnostics.push(Diagnostic {
             code: "no-band",
             message: "the envelope is that of the whole signal".into(),
-            hint: Some("choose the band that the bursts ring in: --band 2000:4000".into()),
+            hint: Some("choose the band excited by the bursts: --band 2000:4000".into()),
         });
     }
-    Ok(to_estimate(how, spectra, diagnostics))
+    Ok(to_estimate(method_text, spectra, diagnostics))
 }
 
-/// Densities by time, and their mean over the rows.
+/// Spectrograms of the channels, and their mean density over the rows.
 ///
 /// # Errors
-/// No row fits into any stretch, a window other than Hann's.
+/// No segment is as long as one row.
 pub fn spectrograms(
     recording: &Recording,
     channels: &[&Channel],
@@ -318,32 +318,31 @@ pub fn spectrograms(
             .min(longest),
     };
     if block < MIN_BLOCK {
-        let message = format!("the longest segment holds {}", pluralise(longest, "sample"));
+        let message = format!("the longest segment has {}", pluralise(longest, "sample"));
         return Err(Error::new(Code::TooShort, message)
-            .with_hint(format!("a spectrogram needs rows of {MIN_BLOCK} at least")));
+            .with_hint(format!("a spectrogram needs rows of {MIN_BLOCK} samples")));
     }
     let overlap = study.overlap.unwrap_or(0.5);
     let step = ((block as f64 * (1.0 - overlap)).round() as usize).max(1);
-    let averages = (recording.samples / step).div_ceil(ROWS).max(1);
+    let averages = (recording.samples / step).div_ceil(MAX_ROWS).max(1);
     let settings = SpectrogramOptions {
         block,
         step,
         averages,
     };
-    let fresh = || -> Result<Vec<Spectrogram>, Error> {
+    let create = || -> Result<Vec<Spectrogram>, Error> {
         (0..channels.len())
             .map(|_| Spectrogram::new(recording.rate_hz, settings))
             .collect()
     };
-    let (mut running, mut rows) = (fresh()?, vec![Vec::<SpectrogramRow>::new(); channels.len()]);
-    let frequency_hz = running
-        .first()
-        .map_or(Vec::new(), Spectrogram::frequency_hz);
+    let mut active = create()?;
+    let mut rows = vec![Vec::<SpectrogramRow>::new(); channels.len()];
+    let frequency_hz = active.first().map_or(Vec::new(), Spectrogram::frequency_hz);
     let mut segments = recording.segments.iter().map(|s| s.start);
     let mut start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
-    let mut failed = None;
+    let mut restart_error = None;
     sample_blocks::for_each_block(recording, channels, |block, ends| {
-        let mut channels: Vec<_> = running.iter_mut().zip(block).zip(&mut rows).collect();
+        let mut channels: Vec<_> = active.iter_mut().zip(block).zip(&mut rows).collect();
         parallel::for_each(&mut channels, |((spectrogram, samples), rows)| {
             spectrogram.push(samples, |mut row| {
                 row.time_s += start_s;
@@ -352,22 +351,22 @@ pub fn spectrograms(
         });
         if ends {
             start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
-            match fresh() {
-                Ok(new) => running = new,
-                Err(error) => failed = Some(error),
+            match create() {
+                Ok(started) => active = started,
+                Err(error) => restart_error = Some(error),
             }
         }
     })?;
-    if let Some(error) = failed {
+    if let Some(error) = restart_error {
         return Err(error);
     }
     let count = rows.first().map_or(0, Vec::len);
     if count == 0 {
         let message = format!(
-            "no segment holds one row of {averages} blocks of {block} samples; the longest has {longest}"
+            "no segment has one row of {averages} blocks of {block} samples; the longest has {longest}"
         );
         return Err(Error::new(Code::TooShort, message)
-            .with_hint("request a coarser --resolution, or bridge gaps with --fill-gaps"));
+            .with_hint("request a coarser --resolution, or interpolate gaps with --fill-gaps"));
     }
     let mean = |rows: &Vec<SpectrogramRow>| -> Vec<f64> {
         let mut sum = vec![0.0; frequency_hz.len()];
@@ -387,7 +386,7 @@ pub fn spectrograms(
         frequency_hz: frequency_hz.clone(),
         ..Spectra::default()
     };
-    let how = format!(
+    let method_text = format!(
         "{} of {} of {:.4} s, {:.4} s apart, {:.6} Hz lines; their mean below",
         pluralise(count, "row"),
         pluralise(averages, "block"),
@@ -397,40 +396,42 @@ pub fn spectrograms(
     );
     Ok(SpectrumEstimate {
         spectrogram_rows: rows,
-        ..to_estimate(how, spectra, Vec::new())
+        ..to_estimate(method_text, spectra, Vec::new())
     })
 }
 
-/// Equivalent noise bandwidth of Hann's window, lines (Harris 1978).
+/// Equivalent noise bandwidth of the Hann window, lines (Harris 1978).
 const HANN_BANDWIDTH: f64 = 1.5;
 
-/// Checks the options that a kind of spectrum requires against the study.
+/// Rejects options of the study that have no effect on its kind of spectrum.
 ///
 /// # Errors
-/// Flags that would be passed over.
+/// An option has no effect.
 pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
     use SpectrumKind::{
         Amplitude, Cepstrum, Density, Multitaper, Order, Rms, Spectrogram, SynchronousAverage,
     };
-    let blocks = matches!(study.kind, Density | Amplitude | Rms | Cepstrum);
+    let welch = matches!(study.kind, Density | Amplitude | Rms | Cepstrum);
     let refuse = |flag: &str, what: &str| {
-        Err(Error::new(Code::Usage, format!("{flag} does nothing here"))
-            .with_hint(format!("it is for {what}")))
+        Err(
+            Error::new(Code::Usage, format!("{flag} has no effect here"))
+                .with_hint(format!("it applies to {what}")),
+        )
     };
-    if study.window.is_some() && !blocks {
+    if study.window.is_some() && !welch {
         return refuse("--window", "--kind psd, amplitude, rms and cepstrum");
     }
-    if study.averaging != Averaging::Linear && !blocks {
+    if study.averaging != Averaging::Linear && !welch {
         return refuse("--average", "--kind psd, amplitude, rms and cepstrum");
     }
-    if study.overlap.is_some() && !blocks && study.kind != Spectrogram {
+    if study.overlap.is_some() && !welch && study.kind != Spectrogram {
         return refuse(
             "--overlap",
             "--kind psd, amplitude, rms, cepstrum and spectrogram",
         );
     }
     if study.frequency_resolution_hz.is_some()
-        && !blocks
+        && !welch
         && !matches!(study.kind, Spectrogram | Multitaper)
     {
         return refuse(
@@ -438,7 +439,7 @@ pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
             "--kind psd, amplitude, rms, cepstrum, multitaper and spectrogram",
         );
     }
-    if study.history.is_some() && (!blocks || study.kind == Cepstrum) && study.kind != Multitaper {
+    if study.history.is_some() && (!welch || study.kind == Cepstrum) && study.kind != Multitaper {
         return refuse("--as", "--kind psd, amplitude, rms and multitaper");
     }
     if study.separate && matches!(study.kind, Spectrogram | SynchronousAverage) {

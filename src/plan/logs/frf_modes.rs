@@ -21,7 +21,7 @@ use crate::identify::modal::{lsce, rfp, sdof};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::integrate::MotionQuantity;
@@ -124,9 +124,9 @@ pub fn identify_modal(
 
 /// Reduces the modes to the requested number, those with the largest presence over the orders first, and sorts them by frequency.
 fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
-    sort_falling(modes, |m| m.presence.unwrap_or(0.0));
+    sort_descending(modes, |m| m.presence.unwrap_or(0.0));
     modes.truncate(order.unwrap_or(usize::MAX));
-    sort_rising(modes, |a| a.frequency_hz());
+    sort_ascending(modes, |a| a.frequency_hz());
 }
 
 /// Candidate motion quantities of the responses: as declared, by their units, else displacement or acceleration.
@@ -231,7 +231,7 @@ fn circle_fits(
         level: (lines.to_vec(), level),
         below: Vec::new(),
     };
-    sort_falling(&mut modes, |(level, _)| *level);
+    sort_descending(&mut modes, |(level, _)| *level);
     let modes = modes.into_iter().map(|(_, mode)| mode).collect();
     (modes, rule, Evidence::Peaks(peaks))
 }

@@ -62,11 +62,11 @@ pub fn identify(
             let method = method(study, true);
             if method.required_data() != RequiredData::Responses {
                 let message = format!(
-                    "{} starts from signals; the file holds frequency responses",
+                    "{} needs signals; the file has frequency responses",
                     method.name()
                 );
                 return Err(Error::new(Code::Usage, message)
-                    .with_hint("take a method from responses, such as --method plscf"));
+                    .with_hint("use a method for responses, such as --method plscf"));
             }
             check_flags(method, study)?;
             identify_responses(
@@ -87,11 +87,11 @@ pub fn identify(
             check_flags(method, study)?;
             if method.required_data() != RequiredData::Responses {
                 let message = format!(
-                    "{} takes one record; the files hold different points",
+                    "{} takes one record; the files have different points",
                     method.name()
                 );
                 return Err(Error::new(Code::Usage, message).with_hint(
-                    "take a method from responses, such as --method rational, or one file",
+                    "use a method for responses, such as --method rational, or one file",
                 ));
             }
             let rate_std = records
@@ -126,11 +126,11 @@ fn identify_recording(
         && study.speed_hz.is_none();
     if (is_default || method == IdentificationMethod::FreeDecay) && !outputs.is_empty() {
         let decays = free_decay::decaying_segments(recording, &outputs)?;
-        not_decaying = free_decay::other_files(recording, &decays);
+        not_decaying = free_decay::files_without_decay(recording, &decays);
         if is_default {
             if let Some(message) = not_decaying {
                 return Err(Error::new(Code::Conflict, message).with_hint(
-                    "leave it out; or name the method: --method free-decay takes all files as decays, --method ssi-cov the longest as driven by noise",
+                    "omit it; or name the method: --method free-decay takes all files as decays, --method ssi-cov the longest as driven by noise",
                 ));
             }
             if !decays.is_empty() && decays.iter().all(|d| *d) {
@@ -149,7 +149,7 @@ fn identify_recording(
                 method.name()
             );
             return Err(Error::new(Code::Usage, message)
-                .with_hint("leave them out, or name the excitation channel: --input"));
+                .with_hint("omit them, or name the excitation channel: --input"));
         }
         if method == IdentificationMethod::FreeDecay {
             let mut result = identify_decays(&checked, &outputs, study)?;
@@ -158,7 +158,7 @@ fn identify_recording(
                     code: "no-decay",
                     message,
                     hint: Some(
-                        "leave it out: its motion is driven, and the fit takes it for a decay"
+                        "omit the record: its motion is forced, but the fit treats it as a decay"
                             .to_string(),
                     ),
                 }
@@ -180,7 +180,7 @@ fn identify_recording(
             .iter_mut()
             .filter(|w| w.code == "low-coherence")
         {
-            diagnostic.hint = Some("files of several points are joined by --roving; else excite more strongly there, take more averages, or check for a second source".to_string());
+            diagnostic.hint = Some("use --roving to join files of several points; otherwise excite more strongly there, take more averages, or check for a second source".to_string());
         }
     }
     if let ([input], true) = (&inputs[..], result.hits.is_empty()) {
@@ -232,7 +232,7 @@ fn estimate_and_fit(
         )?;
         if has_gaps {
             for no_mode in trial.diagnostics.iter_mut().filter(|w| w.code == "no-mode") {
-                let hint = "gaps cut the record into segments: bridge short ones, --fill-gaps";
+                let hint = "gaps split the record: interpolate short ones, --fill-gaps";
                 no_mode.hint = Some(match no_mode.hint.take() {
                     Some(previous_hint) => format!("{hint}; or {previous_hint}"),
                     None => hint.to_string(),
@@ -263,17 +263,17 @@ fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<()
         (
             study.delay != DelayModel::None && method != IdentificationMethod::Rational,
             "--delay",
-            "--method rational estimates delays",
+            "use --method rational to estimate delays",
         ),
         (
             study.allow_unstable && method != IdentificationMethod::Rational,
             "--allow-unstable",
-            "--method rational may be let find unstable poles",
+            "use --method rational to allow unstable poles",
         ),
         (
             study.derivative.is_some() && method.required_data() != RequiredData::Responses,
             "--kind",
-            "it states the kind of responses to an input: name the excitation channel, --input",
+            "it applies to responses to an input: name the excitation channel, --input",
         ),
         (
             !study.driving_points.is_empty() && method.required_data() != RequiredData::Responses,
@@ -283,7 +283,7 @@ fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<()
         (
             study.memory_s.is_some() && method != IdentificationMethod::Rls,
             "--memory",
-            "--method rls forgets",
+            "it applies to --method rls",
         ),
     ];
     match unused.into_iter().find(|flag| flag.0) {
@@ -316,15 +316,15 @@ fn check_roles(
     let (message, hint) = match (method.required_data(), inputs.len(), outputs.len()) {
         (RequiredData::Responses, 0, _) => (
             format!("{name} needs the excitation channel"),
-            "name it: --input; or take a method from responses alone, such as --method ssi-cov",
+            "name it: --input; or use an output-only method, such as --method ssi-cov",
         ),
         (RequiredData::Outputs | RequiredData::OneOutput, 1.., _) => (
             format!("{name} takes no input"),
-            "leave --input out, or take a method that uses it, such as --method rational",
+            "omit --input, or use a method that uses it, such as --method rational",
         ),
         (RequiredData::OneOutput, _, 2..) => (
             format!("{name} takes one output, of {} named", outputs.len()),
-            "name one, or take --method ssi-cov for all of them",
+            "name one, or use --method ssi-cov for all of them",
         ),
         (RequiredData::OutputWithOptionalInput, i, o) if i > 1 || o != 1 => (
             format!("{name} takes one output and at most one input, of {o} and {i} named"),
@@ -332,7 +332,7 @@ fn check_roles(
         ),
         (RequiredData::InputAndOutput, i, o) if i != 1 || o != 1 => (
             format!("{name} takes one input and one output, of {i} and {o} named"),
-            "name one of each, or take --method rational for several",
+            "name one of each, or use --method rational for several",
         ),
         _ => return Ok(()),
     };
@@ -417,7 +417,7 @@ fn identify_decays(
     Ok(IdentificationResult {
         trace: vec![("free decays", start.elapsed().as_secs_f64())],
         method: IdentificationMethod::FreeDecay,
-        method_text: decays.how,
+        method_text: decays.method_text,
         selection_rule: decays.identification.selection_rule,
         hits: Vec::new(),
         outputs: outputs.iter().map(label).collect(),
@@ -490,8 +490,8 @@ fn identify_responses(
     } else if modal.modes.is_empty() && !matches!(modal.evidence, Evidence::Rational(_)) {
         diagnostics.push(Diagnostic {
             code: "no-mode",
-            message: "the responses rise above their variance, but no pole is stable over the orders: the band may hold more modes than the method can follow".into(),
-            hint: Some("narrow the band: --band, or take another --method".into()),
+            message: "the responses rise above their variance, but no pole is stable over the orders: the band may contain more modes than the method resolves".into(),
+            hint: Some("narrow the band: --band, or use another --method".into()),
         });
     }
     trace.push((method.name(), start.elapsed().as_secs_f64()));
@@ -628,7 +628,7 @@ fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f
         let n_lines = lines.iter().filter(|f| (low..=high).contains(f)).count();
         if n_lines == 0 {
             let message = format!(
-                "no line lies in the band {low} … {high} Hz; there are lines from {first} to {last} Hz"
+                "no line lies in the band {low} … {high} Hz; lines extend from {first} to {last} Hz"
             );
             return Err(Error::new(Code::OutOfRange, message));
         }

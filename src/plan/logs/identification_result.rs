@@ -82,7 +82,7 @@ impl IdentificationResult {
     ///
     /// # Errors
     /// A shape component that is not finite.
-    pub fn place_shapes(&mut self, geometry: Geometry) -> Result<(), Error> {
+    pub fn assign_points(&mut self, geometry: Geometry) -> Result<(), Error> {
         let points: Vec<_> = self
             .outputs
             .iter()
@@ -95,7 +95,7 @@ impl IdentificationResult {
             self.diagnostics.push(Diagnostic {
                 code: "channel-unplaced",
                 message: format!(
-                    "the geometry does not place {}",
+                    "the geometry has no position of {}",
                     quoted_list(missing.iter().copied())
                 ),
                 hint: Some("state point and direction of its [[channel]] in the sidecar".into()),

@@ -98,7 +98,7 @@ impl FrfStudy {
         let dwells = !study.dwells_s.is_empty();
         let mut exclude = |one: &str, other: &str| {
             let message = format!("`{one}` and `{other}` exclude each other");
-            f.report_key(Code::Conflict, one, message, "leave one of them out");
+            f.report_key(Code::Conflict, one, message, "omit one of them");
         };
         if study.stepped == Some(true) && study.impact == Some(true) {
             exclude("stepped", "impact");

@@ -86,9 +86,9 @@ pub fn level_shift_warning(
         .map(|e| e.functions.iter().map(|f| f.values.clone()).collect())
         .collect();
     let groups: Vec<LevelGroup> = (levels.iter().zip(&values))
-        .map(|(level, value)| LevelGroup {
+        .map(|(level, responses)| LevelGroup {
             level: *level,
-            value,
+            responses,
         })
         .collect();
     let is_determined = |mode: &&ModalParameters| estimates.iter().all(|e| is_coherent(e, mode));

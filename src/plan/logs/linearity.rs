@@ -21,10 +21,10 @@ pub fn check_test(
             .filter_map(|&at| estimated_responses.hits.get(at));
         peaks.map(|h| h.peak.abs()).sum::<f64>() / hits.len().max(1) as f64
     };
-    let groups: Vec<LevelGroup> = (estimated_responses.by_hit.iter())
+    let groups: Vec<LevelGroup> = (estimated_responses.hit_responses.iter())
         .map(|g| LevelGroup {
             level: level(&g.hits),
-            value: &g.value,
+            responses: &g.value,
         })
         .collect();
     let found = level_dependence(frequency_hz, &groups, modes, &partial_fraction)?;

@@ -14,7 +14,7 @@ const LINES: f64 = 1.5;
 pub const WIDEST: f64 = 1.0;
 
 /// Remedy for pick-up of the mains.
-pub const HINT: &str = "check for electric pick-up: measure once without excitation, ground the sensors; a mode stays there";
+pub const HINT: &str = "check for electric pick-up: ground the sensors, measure once without excitation; pick-up remains, a mode does not";
 
 /// The mains frequency and the multiple of a pole no wider than a line.
 pub fn as_line(mode: &ModalParameters, line_hz: f64) -> Option<(f64, usize)> {
@@ -38,7 +38,7 @@ pub fn mode_warnings(lines: &[f64], modes: &[ModalParameters]) -> Option<Diagnos
     (!all.is_empty()).then(|| Diagnostic {
         code: "mains",
         message: format!(
-            "on a multiple of the mains and no wider than a line: {}",
+            "at a harmonic of the mains and no wider than a line: {}",
             all.join(", ")
         ),
         hint: Some(HINT.to_string()),

@@ -68,12 +68,12 @@ pub fn add_modal_masses(found: &mut IdentificationResult, word: Option<&str>) ->
         found.diagnostics.push(Diagnostic {
             code: "driving-point",
             message: format!(
-                "modal masses of modes {} have a phase of more than 30°: {} is not where and along what {} acts, or shapes are complex",
+                "modal masses of modes {} have a phase of more than 30°: {} is not at the point and in the direction of {}, or shapes are complex",
                 turned.join(", "),
                 point.output,
                 point.input
             ),
-            hint: Some("check the directions of force and sensor; a sensor turned round gives negative masses".into()),
+            hint: Some("check the directions of force and sensor; a reversed sensor gives negative masses".into()),
         });
     }
     found.driving_point = Some(point);

@@ -1,4 +1,4 @@
-//! Comparison of identified modes with those of a document of `modes --json` or `identify --json`: MAC by common degrees of freedom.
+//! Comparison of identified modes with those of a `modes --json` or `identify --json` document: MAC over the common degrees of freedom.
 
 use serde_json::Value;
 
@@ -9,47 +9,47 @@ use crate::identify::compare;
 use crate::numeric::{Complex, Matrix};
 use crate::recording::frequency_responses::ChannelLabel;
 
-/// MAC above which two shapes count as the same.
+/// MAC above which two mode shapes are paired.
 pub const SAME_SHAPE_MAC: f64 = 0.8;
 
-/// Modes of a document.
+/// Reference modes of a JSON document.
 #[derive(Debug, Clone)]
 pub struct ReferenceModes {
     /// Name of the file.
     pub file: String,
-    /// Modes that oscillate.
+    /// Modes with a frequency above zero and a shape.
     pub modes: Vec<ReferenceMode>,
 }
 
-/// A mode of a document.
+/// Mode of a JSON document.
 #[derive(Debug, Clone)]
 pub struct ReferenceMode {
-    /// Number in its document.
+    /// Mode number in the document.
     pub number: u64,
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Components of the shape with their names.
+    /// Shape components with the names of their degrees of freedom.
     pub shape: Vec<(String, Complex)>,
 }
 
-/// Identified modes compared with others.
+/// MAC comparison of identified modes with reference modes.
 #[derive(Debug)]
 pub struct ModeComparison {
-    /// The other modes.
+    /// Reference modes.
     pub reference: ReferenceModes,
-    /// Names of the components that both have.
+    /// Names of the common degrees of freedom.
     pub common: Vec<String>,
-    /// MAC: a row for each identified mode, a column for each of the others.
+    /// MAC matrix: one row per identified mode, one column per reference mode.
     pub mac: Matrix,
 }
 
 impl ReferenceModes {
-    /// Reads a document.
+    /// Reads the modes of a JSON document.
     ///
     /// # Errors
-    /// `unknown-format` for a file that is no such document or holds no mode with a shape.
+    /// `unknown-format` if the file is not such a document or contains no mode with a shape.
     pub fn read(file: &str, text: &str) -> Result<ReferenceModes, Error> {
-        let wrong = |message: String| {
+        let format_error = |message: String| {
             Error::new(Code::UnknownFormat, message)
                 .with_hint(
                     "write it by `geardyn modes MODEL --json` or `geardyn identify LOG --json`",
@@ -57,13 +57,13 @@ impl ReferenceModes {
                 .with_file(file)
         };
         let document: Value = serde_json::from_str(text)
-            .map_err(|e| wrong(format!("{file} is no JSON document: {e}")))?;
+            .map_err(|e| format_error(format!("{file} is not a JSON document: {e}")))?;
         let modes = document["modes"].as_array();
-        let modes = modes.ok_or_else(|| wrong(format!("{file} holds no `modes`")))?;
+        let modes = modes.ok_or_else(|| format_error(format!("{file} has no `modes`")))?;
         let modes: Vec<ReferenceMode> = modes.iter().filter_map(reference_mode).collect();
         match modes.is_empty() {
-            true => Err(wrong(format!(
-                "{file} holds no mode with a frequency and a shape"
+            true => Err(format_error(format!(
+                "{file} has no mode with a frequency and a shape"
             ))),
             false => Ok(ReferenceModes {
                 file: file.to_string(),
@@ -73,7 +73,7 @@ impl ReferenceModes {
     }
 }
 
-/// A mode with a frequency above zero and a shape.
+/// Mode of a JSON object; `None` without a frequency above zero or a shape.
 fn reference_mode(mode: &Value) -> Option<ReferenceMode> {
     let component = |(name, value): (&String, &Value)| {
         let part = |key: &str| value[key].as_f64();
@@ -93,20 +93,20 @@ fn reference_mode(mode: &Value) -> Option<ReferenceMode> {
 }
 
 impl ModeComparison {
-    /// Compares shapes over outputs with others by the components that both have.
+    /// Compares shapes over `outputs` with the reference shapes over the common degrees of freedom.
     ///
     /// # Errors
-    /// `conflict` where they have fewer than two components in common.
+    /// `conflict` if fewer than two degrees of freedom are common.
     pub fn new<'s>(
         outputs: &[ChannelLabel],
         shapes: impl Iterator<Item = &'s [Complex]>,
         reference: ReferenceModes,
     ) -> Result<ModeComparison, Error> {
-        let names = |mode: &ReferenceMode, name: &str| mode.shape.iter().any(|(n, _)| n == name);
-        let own: Vec<usize> = (0..outputs.len())
-            .filter(|&k| reference.modes.iter().all(|m| names(m, &outputs[k].name)))
+        let has_dof = |mode: &ReferenceMode, name: &str| mode.shape.iter().any(|(n, _)| n == name);
+        let rows: Vec<usize> = (0..outputs.len())
+            .filter(|&k| reference.modes.iter().all(|m| has_dof(m, &outputs[k].name)))
             .collect();
-        if own.len() < 2 {
+        if rows.len() < 2 {
             let outputs = quoted_list(outputs.iter().map(|o| o.name.as_str()));
             let others = reference.modes[0]
                 .shape
@@ -114,7 +114,7 @@ impl ModeComparison {
                 .map(|(name, _)| name.as_str());
             let message = format!(
                 "the shapes have {} of two or more names in common: the outputs are {outputs}, {} has {}",
-                own.len(),
+                rows.len(),
                 reference.file,
                 quoted_list(others.take(12))
             );
@@ -122,32 +122,32 @@ impl ModeComparison {
                 "give the channels the names of the degrees of freedom: `rename` of [[channel]] in the sidecar",
             ));
         }
-        let common: Vec<String> = own.iter().map(|&k| outputs[k].name.clone()).collect();
+        let common: Vec<String> = rows.iter().map(|&k| outputs[k].name.clone()).collect();
         let component = |mode: &ReferenceMode, name: &String| {
-            let own = mode.shape.iter().find(|(n, _)| n == name);
-            own.map_or(Complex::ZERO, |(_, z)| *z)
+            let entry = mode.shape.iter().find(|(n, _)| n == name);
+            entry.map_or(Complex::ZERO, |(_, z)| *z)
         };
-        let of_common =
-            |shape: &[Complex]| own.iter().filter_map(|&k| shape.get(k).copied()).collect();
-        let measured: Vec<Vec<Complex>> = shapes.map(of_common).collect();
-        let others: Vec<Vec<Complex>> = (reference.modes.iter())
+        let common_components =
+            |shape: &[Complex]| rows.iter().filter_map(|&k| shape.get(k).copied()).collect();
+        let identified: Vec<Vec<Complex>> = shapes.map(common_components).collect();
+        let references: Vec<Vec<Complex>> = (reference.modes.iter())
             .map(|m| common.iter().map(|name| component(m, name)).collect())
             .collect();
         Ok(ModeComparison {
-            mac: compare::mac(&measured, &others),
+            mac: compare::mac(&identified, &references),
             reference,
             common,
         })
     }
 
-    /// For each identified mode the column with the highest MAC, where that is above [`SAME_SHAPE_MAC`].
+    /// Column of the highest MAC for each identified mode; `None` unless it exceeds [`SAME_SHAPE_MAC`].
     pub fn pairs(&self) -> Vec<Option<usize>> {
-        let best = |row: usize| {
+        let best_column = |row: usize| {
             let columns = 0..self.mac.ncols();
-            let best =
+            let best_column =
                 columns.max_by(|&a, &b| self.mac[(row, a)].total_cmp(&self.mac[(row, b)]))?;
-            (self.mac[(row, best)] > SAME_SHAPE_MAC).then_some(best)
+            (self.mac[(row, best_column)] > SAME_SHAPE_MAC).then_some(best_column)
         };
-        (0..self.mac.nrows()).map(best).collect()
+        (0..self.mac.nrows()).map(best_column).collect()
     }
 }

@@ -13,7 +13,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::series::model::PolynomialModel;
 use crate::identify::series::model_trajectory::{INSTANTS, ModeTrack, mode_tracks, track_model};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Share of the instants at which a mode is found, at least.
 const MIN_TRACK_SHARE: f64 = 0.05;
@@ -38,11 +38,11 @@ pub fn identify_tracking(
     let memory = study.memory_s.map(|t| t * record.rate_hz());
     let course = track_model(&record, &orders, memory)?;
     let mut diagnostics = samples.diagnostics.clone();
-    let is_noise = course.chosen.error_variance >= course.output_variance;
+    let is_noise = course.selected.error_variance >= course.output_variance;
     if is_noise {
         diagnostics.push(Diagnostic {
             code: "no-mode",
-            message: "no model predicts the output better than its mean: it is noise, as far as this method sees".into(),
+            message: "no model predicts the output better than its mean: it is indistinguishable from noise".into(),
             hint: Some("check whether the channel is the right one; take a longer record".into()),
         });
     }
@@ -53,13 +53,13 @@ pub fn identify_tracking(
             &whiteness_test(&course.errors, fitted)?,
         ));
     }
-    let is_last = course.chosen.family == course.highest && orders.len() > 1;
+    let is_last = course.selected.family == course.max_structure && orders.len() > 1;
     if is_last && !is_noise {
         diagnostics.push(Diagnostic {
             code: "order-limit",
             message: format!(
-                "the error of prediction still falls at {}, where the search ends",
-                structure_text(course.highest)
+                "the error of prediction still falls at {}, the end of the search",
+                structure_text(course.max_structure)
             ),
             hint: Some("state a higher --order, or narrow the --band".into()),
         });
@@ -95,13 +95,13 @@ pub fn identify_tracking(
         .filter(|(at, _)| *at == last)
         .map(|(_, mode)| IdentifiedMode::from(mode.clone()))
         .collect();
-    sort_rising(&mut at_end, |a| a.frequency_hz());
+    sort_ascending(&mut at_end, |a| a.frequency_hz());
     let rule = format!(
-        "{} with a memory of {}, {}; looked at {INSTANTS} times; {}; joined where it moves by less than 5 % or three standard \
+        "{} with a memory of {}, {}; evaluated at {INSTANTS} times; {}; joined where it moves by less than 5 % or three standard \
          deviations, and shown where it lasts for {:.0} % of the record",
-        structure_text(course.chosen.family),
-        match course.chosen.memory.is_finite() {
-            true => format!("{:.4} s", course.chosen.memory / record.rate_hz()),
+        structure_text(course.selected.family),
+        match course.selected.memory.is_finite() {
+            true => format!("{:.4} s", course.selected.memory / record.rate_hz()),
             false => "the whole record".to_string(),
         },
         match (study.order, study.memory_s) {
@@ -122,7 +122,7 @@ pub fn identify_tracking(
             time_s: course.instants.iter().map(|i| i.0).collect(),
             tracks,
             trials: course.trials,
-            chosen: course.chosen,
+            chosen: course.selected,
             rate_hz: record.rate_hz(),
         }),
         diagnostics,

@@ -9,7 +9,7 @@ use super::identification_result::{
 use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
 use super::running::{
-    SpeedOrders, evenly_spaced, harmonic_warning, is_on, is_sine, order_warning, series_warning,
+    SpeedOrders, find_series, harmonic_warning, in_series, is_sine, order_warning, series_warning,
 };
 use super::segment_samples::SegmentSamples;
 use super::subspace::from_ssi;
@@ -21,12 +21,12 @@ use crate::identify::operational::fdd::{self, FddEstimate, fdd};
 use crate::identify::operational::harmonics::RunningSpeed;
 use crate::identify::operational::realisation::Weighting;
 use crate::identify::operational::response_channels::ResponseChannels;
-use crate::identify::operational::sines::take_out_constant;
+use crate::identify::operational::sines::remove_constant_sines;
 use crate::identify::operational::spacing::HarmonicSeries;
 use crate::identify::operational::ssi;
 use crate::identify::series::residuals::ljung_box;
 use crate::numeric::Complex;
-use crate::numeric::sorting::{sort_falling, sort_rising};
+use crate::numeric::sorting::{sort_ascending, sort_descending};
 use crate::spectrum::tones::Tone;
 
 /// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
@@ -46,7 +46,7 @@ pub fn identify_operational(
     study: &IdentifyStudy,
 ) -> Result<SignalIdentification, Error> {
     let mut samples = record.samples.clone();
-    let tones = take_out_constant(record.rate_hz, &mut samples)?;
+    let tones = remove_constant_sines(record.rate_hz, &mut samples)?;
     let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
     let channels = ResponseChannels::new(&samples, record.rate_hz)?;
     let running = study.speed_hz.map(|speed_hz| RunningSpeed {
@@ -86,17 +86,17 @@ pub fn identify_operational(
     found.diagnostics.extend(record.diagnostics.iter().cloned());
     found.selection_rule += &match study.speed_hz {
         Some(speed) => format!(
-            "; sines are taken out before, and what is distributed like one is no mode; a pole within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz is a harmonic if its damping interval includes zero, or if it is what a sine removed there left",
+            "; sines are removed before, and poles distributed like one are rejected; a pole within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz is a harmonic if its damping interval includes zero, or if it is the residual of a sine removed there",
             100.0 * SPEED_TOLERANCE
         ),
         None => {
-            "; sines are taken out before, and what is distributed like one is no mode".to_string()
+            "; sines are removed before, and poles distributed like one are rejected".to_string()
         }
     };
-    let evenly = evenly_spaced(&tones, &found.modes, orders.line_hz);
+    let evenly = find_series(&tones, &found.modes, orders.line_hz);
     let on_series: Vec<IdentifiedMode>;
     (on_series, found.modes) =
-        (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, &orders));
+        (found.modes.into_iter()).partition(|m| !is_sine(m) && in_series(&evenly, m, &orders));
     // A stated speed whose orders they are explains a series.
     let is_order = |s: &&HarmonicSeries| {
         study.speed_hz.is_some_and(|speed| {
@@ -120,7 +120,7 @@ pub fn identify_operational(
             .iter()
             .map(|m| m.listed_as_harmonic(IdentifiedHarmonic::MAINS)),
     );
-    let of_sine = "next to a sine that was taken out, and too narrow for a structure";
+    let of_sine = "next to a removed sine, and too narrow for a structural mode";
     let remnants: Vec<IdentifiedMode>;
     (remnants, found.modes) =
         (found.modes.into_iter()).partition(|m| orders.is_remnant_of_sine(&m.mode));
@@ -149,11 +149,11 @@ pub fn identify_operational(
         .map(of_tone)
         .chain(poles)
         .collect();
-    sort_rising(&mut found.harmonics, |a| a.frequency_hz);
+    sort_ascending(&mut found.harmonics, |a| a.frequency_hz);
     label_mains(&mut found.harmonics, &evenly, orders.line_hz);
     if let Some(order) = study.order {
         let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
-        sort_falling(&mut found.modes, of);
+        sort_descending(&mut found.modes, of);
         found.modes.truncate(order);
         let by_frequency =
             |a: &IdentifiedMode, b: &IdentifiedMode| a.frequency_hz().total_cmp(&b.frequency_hz());

@@ -14,56 +14,56 @@ use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 use crate::spectrum::rotation::orders::{OrderTrackOptions, order_tracks};
 
-/// Turns of a block times the distance of two orders: Hann's window then passes a thousandth of the other.
+/// Revolutions of a block times the distance of two separable orders: the Hann window then passes 0.1 % of the other order.
 const RESOLVED: f64 = 4.0;
 
-/// Blocks to one length of a block.
+/// Number of blocks that start within one block length.
 const OVERLAPS: usize = 4;
 
-/// One order of one channel over a run.
+/// Order cut of one channel: complex amplitude of an order over a run.
 #[derive(Debug, Clone)]
 pub struct OrderCut {
-    /// The channel.
+    /// Name of the channel.
     pub channel: String,
-    /// Unit.
+    /// Unit of the channel.
     pub unit: String,
-    /// Cycles a turn.
+    /// Order, cycles per revolution.
     pub order: f64,
-    /// Complex amplitude, zero to peak, its phase at the zero of the shaft's angle, by point.
+    /// Complex amplitude by block, zero to peak; phase at shaft angle zero.
     pub value: Vec<Complex>,
 }
 
 impl OrderCut {
-    /// The point of the largest amplitude.
+    /// Index of the block with the largest amplitude.
     pub fn largest(&self) -> Option<usize> {
-        let size = |at: &usize| self.value[*at].norm();
-        (0..self.value.len()).max_by(|a, b| size(a).total_cmp(&size(b)))
+        let amplitude = |block: &usize| self.value[*block].norm();
+        (0..self.value.len()).max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))
     }
 }
 
-/// Order cuts and how they were made.
+/// Order cuts with the blocks they were estimated from.
 #[derive(Debug)]
 pub struct OrderCuts {
-    /// Stages that ran, with seconds.
+    /// Stages that ran, with their time, s.
     pub trace: Vec<(&'static str, f64)>,
-    /// In words.
+    /// Description of the method.
     pub method_text: String,
-    /// Turns in a block.
+    /// Revolutions in a block.
     pub turns: usize,
-    /// Middle of each block, s from the first sample analysed.
+    /// Time at the middle of each block, s, from the first sample analysed.
     pub time_s: Vec<f64>,
-    /// Speed there, rad/s.
+    /// Speed at these times, rad/s.
     pub speed: Vec<f64>,
-    /// Channel by channel, order by order.
+    /// Cuts by channel, then by order.
     pub cuts: Vec<OrderCut>,
     /// Data-quality warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Cuts the orders of a study.
+/// Computes the order cuts of a study.
 ///
 /// # Errors
-/// No tacho and no speed, a tacho without pulses, orders beyond half the rate, fewer turns than a block.
+/// Neither tacho nor speed, a tacho without pulses, orders above half the sample rate, fewer revolutions than a block.
 pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderCuts, Error> {
     let start = Instant::now();
     check_flags(study)?;
@@ -73,30 +73,30 @@ pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderC
     let AngularSignals {
         signals,
         curve,
-        max_order: highest,
-        method_text: how,
+        max_order,
+        method_text,
         mut diagnostics,
     } = resample_to_angle(recording, &channels, study)?;
-    let known: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-    let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
-    let places: Vec<usize> = channels.iter().filter_map(place).collect();
-    diagnostics.splice(0..0, fault_free::spectrum_warnings(recording, &places)?);
-    if let Some(order) = study.cuts.iter().find(|order| **order > highest) {
+    let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+    let index = |c: &&Channel| names.iter().position(|name| *name == c.name);
+    let indices: Vec<usize> = channels.iter().filter_map(index).collect();
+    diagnostics.splice(0..0, fault_free::spectrum_warnings(recording, &indices)?);
+    if let Some(order) = study.cuts.iter().find(|order| **order > max_order) {
         let message = format!(
-            "order {order} lies beyond {highest:.2}, the highest that the rate of {} Hz keeps at the highest speed",
+            "order {order} lies beyond {max_order:.2}, the highest that the rate of {} Hz resolves at the highest speed",
             recording.rate_hz
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("choose lower orders, or leave the highest speed out: --before"));
+            .with_hint("choose lower orders, or exclude the highest speed: --before"));
     }
-    let whole = signals
+    let revolutions = signals
         .iter()
         .map(AngularSignal::revolutions)
         .min()
         .unwrap_or(0);
     let turns = study
         .revolutions
-        .unwrap_or_else(|| block(&study.cuts, whole));
+        .unwrap_or_else(|| block_revolutions(&study.cuts, revolutions));
     let step = (turns / OVERLAPS).max(1);
     let settings = OrderTrackOptions {
         revolutions: turns,
@@ -104,17 +104,17 @@ pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderC
     };
     let (mut cuts, mut times, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
     for (signal, channel) in signals.iter().zip(&channels) {
-        let found = order_tracks(signal, &curve, &study.cuts, settings)?;
-        (times, speeds) = (found.time_s, found.speed);
-        cuts.extend(found.tracks.into_iter().map(|track| OrderCut {
+        let result = order_tracks(signal, &curve, &study.cuts, settings)?;
+        (times, speeds) = (result.time_s, result.speed);
+        cuts.extend(result.tracks.into_iter().map(|track| OrderCut {
             channel: channel.name.clone(),
             unit: channel.unit.clone(),
             order: track.order,
             value: track.values,
         }));
     }
-    let how = format!(
-        "{how}; {} of {}, {} apart: orders {} apart are separated, an amplitude is a mean over about {} turns",
+    let method_text = format!(
+        "{method_text}; {} of {}, {} apart: orders {} apart are separated, an amplitude is a mean over about {} turns",
         pluralise(times.len(), "block"),
         pluralise(turns, "turn"),
         pluralise(step, "turn"),
@@ -123,7 +123,7 @@ pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderC
     );
     Ok(OrderCuts {
         trace: vec![("order cuts", start.elapsed().as_secs_f64())],
-        method_text: how,
+        method_text,
         turns,
         time_s: times,
         speed: speeds,
@@ -132,9 +132,9 @@ pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderC
     })
 }
 
-/// Refuses what a cut would do nothing with.
+/// Refuses options that order cuts do not use.
 fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
-    let plain = SpectrumStudy {
+    let supported = SpectrumStudy {
         channels: study.channels.clone(),
         cuts: study.cuts.clone(),
         tacho: study.tacho.clone(),
@@ -148,7 +148,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         return Err(Error::new(Code::Usage, "no order is named to cut")
             .with_hint("name the orders: --orders 1,2,21.5"));
     }
-    match *study == plain {
+    match *study == supported {
         true => Ok(()),
         false => Err(
             Error::new(Code::Usage, "order cuts take no other flags of spectra").with_hint(
@@ -158,19 +158,19 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
     }
 }
 
-/// Turns of a block that separates the orders from each other, from the mean and from whole orders, within an eighth of the run.
-fn block(orders: &[f64], whole: usize) -> usize {
+/// Revolutions of a block that separates the orders from each other, from the mean and from an integer order, at most 1/8 of the run.
+fn block_revolutions(orders: &[f64], revolutions: usize) -> usize {
     const PARTS: usize = 8;
     let mut gap: f64 = 1.0;
     for (k, order) in orders.iter().enumerate() {
-        let others = orders[..k].iter().map(|other| (order - other).abs());
-        let near = others.chain([*order]).filter(|d| *d > 0.0);
-        gap = near.fold(gap, f64::min);
+        let gaps = orders[..k].iter().map(|other| (order - other).abs());
+        let positive = gaps.chain([*order]).filter(|d| *d > 0.0);
+        gap = positive.fold(gap, f64::min);
     }
-    ((RESOLVED / gap).ceil() as usize).clamp(1, (whole / PARTS).max(1))
+    ((RESOLVED / gap).ceil() as usize).clamp(1, (revolutions / PARTS).max(1))
 }
 
-/// Speed in rpm.
+/// Speed in rpm of a speed in rad/s.
 pub fn rpm(speed: f64) -> f64 {
     60.0 * speed / TAU
 }

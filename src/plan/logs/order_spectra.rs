@@ -20,55 +20,55 @@ use crate::spectrum::rotation::tacho::{EdgeDirection, find_tacho_pulses};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::spectrogram::SpectrogramRow;
 
-/// Instants at which the highest speed is looked for.
+/// Number of instants at which the highest speed is evaluated.
 const SPEED_SAMPLES: usize = 1000;
 
-/// Values a turn at most, and at least.
+/// Minimum and maximum number of samples per revolution.
 const SAMPLES_PER_REV_RANGE: (usize, usize) = (16, 1 << 14);
 
-/// Default minimum number of blocks of a run, and maximum number of turns in a block.
+/// Default minimum number of blocks of a run.
 const MIN_BLOCKS: usize = 8;
 
-/// See [`MIN_BLOCKS`].
+/// Default maximum number of revolutions in a block.
 const MAX_REVOLUTIONS: usize = 64;
 
-/// Independent blocks to one of Hann's that overlap by half: 1/(1 + 2/36), Welch (1967).
+/// Number of independent blocks per Hann-windowed block with 50 % overlap: 1/(1 + 2/36), Welch (1967).
 const INDEPENDENT_BLOCK_SHARE: f64 = 36.0 / 38.0;
 
-/// Signals over angle, and how as text.
+/// Signals over shaft angle, with a description of the resampling.
 pub(super) struct AngularSignals {
-    /// By channel.
+    /// Resampled signals, by channel.
     pub signals: Vec<AngularSignal>,
-    /// The angle of the shaft.
+    /// Angle of the shaft over time.
     pub curve: AngleCurve,
-    /// The highest order that is kept whole at every speed.
+    /// Highest order within the pass band at all speeds.
     pub max_order: f64,
-    /// In words.
+    /// Description of the method.
     pub method_text: String,
     /// Data-quality warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Channels over the angle of the shaft.
+/// Resamples the longest segment of channels over the shaft angle.
 ///
 /// # Errors
-/// No tacho and no speed, a tacho without pulses, a shaft too fast for the rate.
+/// Neither tacho nor speed, a tacho without pulses, a shaft too fast for the sample rate.
 pub(super) fn resample_to_angle(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<AngularSignals, Error> {
     let mut diagnostics = Vec::new();
-    let plain = SpectrumStudy {
+    let unseparated = SpectrumStudy {
         separate: false,
         ..study.clone()
     };
-    let parts = longest_segment_signals(recording, channels, &plain, &mut diagnostics)?;
-    let (curve, how) = shaft_angle(recording, study, &parts.samples, &mut diagnostics)?;
+    let segment = longest_segment_signals(recording, channels, &unseparated, &mut diagnostics)?;
+    let (curve, method_text) = shaft_angle(recording, study, &segment.samples, &mut diagnostics)?;
     let (first, last) = curve.angle_range();
     let (from, to) = curve.time_range_s();
     let turns_per_s = (last - first) / TAU / (to - from);
-    // Fewer samples than this in a turn hold not even its first order with room to spare.
+    // Minimum number of samples per revolution for the first order, with a margin to half the sample rate.
     const MIN_SAMPLES: f64 = 4.0;
     if turns_per_s * MIN_SAMPLES > recording.rate_hz {
         let message = format!(
@@ -79,20 +79,20 @@ pub(super) fn resample_to_angle(
             Error::new(Code::OutOfRange, message).with_hint("check --speed, --pulses and --rate")
         );
     }
-    let per_turn = ((recording.rate_hz / turns_per_s).ceil() as usize)
+    let samples_per_rev = ((recording.rate_hz / turns_per_s).ceil() as usize)
         .clamp(SAMPLES_PER_REV_RANGE.0, SAMPLES_PER_REV_RANGE.1)
         .next_power_of_two();
-    let mut part = String::new();
-    let signals = parts
+    let mut random_text = String::new();
+    let signals = segment
         .samples
         .iter()
         .zip(channels)
         .map(|(samples, channel)| {
-            let mut signal = resample(samples, recording.rate_hz, &curve, per_turn)?;
+            let mut signal = resample(samples, recording.rate_hz, &curve, samples_per_rev)?;
             if study.separate {
                 let (random, share) = random_part(&signal.values)?;
                 signal.values = random;
-                part += &random_part_text(channel, share);
+                random_text += &random_part_text(channel, share);
             }
             Ok(signal)
         })
@@ -100,71 +100,71 @@ pub(super) fn resample_to_angle(
     let fastest = (0..=SPEED_SAMPLES)
         .map(|k| curve.speed(from + (to - from) * k as f64 / SPEED_SAMPLES as f64))
         .fold(0.0, f64::max);
-    let by_rate = PASS_BAND * 0.5 * recording.rate_hz * TAU / fastest;
-    let by_angle = signals.iter().map(AngularSignal::pass_order);
+    let rate_limit = PASS_BAND * 0.5 * recording.rate_hz * TAU / fastest;
+    let angle_limits = signals.iter().map(AngularSignal::pass_order);
     Ok(AngularSignals {
-        max_order: by_angle.fold(by_rate, f64::min),
+        max_order: angle_limits.fold(rate_limit, f64::min),
         signals,
         curve,
-        method_text: how + &part,
+        method_text: method_text + &random_text,
         diagnostics,
     })
 }
 
-/// The shaft's angle over the longest segment.
+/// Angle of the shaft over the longest segment, with a description; `segment` holds its samples, by channel.
 ///
 /// # Errors
-/// As for `resample_to_angle`.
+/// Those of `resample_to_angle`.
 pub(super) fn shaft_angle(
     recording: &Recording,
     study: &SpectrumStudy,
-    parts: &[Vec<f64>],
+    segment: &[Vec<f64>],
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<(AngleCurve, String), Error> {
     let rpm = |omega: f64| 60.0 * omega / TAU;
     if let Some(name) = &study.tacho {
-        let mut unheard = Vec::new();
-        let plain = SpectrumStudy {
+        let mut ignored = Vec::new();
+        let unseparated = SpectrumStudy {
             separate: false,
             ..study.clone()
         };
         let tacho = longest_segment_signals(
             recording,
             &[channel(recording, name)?],
-            &plain,
-            &mut unheard,
+            &unseparated,
+            &mut ignored,
         )?;
         let samples = tacho.samples.first().map_or(&[][..], Vec::as_slice);
-        let found = find_tacho_pulses(samples, recording.rate_hz, EdgeDirection::Rising, None)?;
-        let missing: usize = found.missing.iter().map(|m| m.number).sum();
-        if missing + found.extra_s.len() > 0 {
+        let pulses = find_tacho_pulses(samples, recording.rate_hz, EdgeDirection::Rising, None)?;
+        let missing: usize = pulses.missing.iter().map(|m| m.number).sum();
+        if missing + pulses.extra_pulses_s.len() > 0 {
             diagnostics.push(Diagnostic {
                 code: "tacho-pulses",
                 message: format!(
-                    "the tacho {name} misses {missing} pulses and has {} too many; its angle was put together without them",
-                    found.extra_s.len()
+                    "the tacho {name} has {missing} missing and {} extra pulses; its angle was computed without them",
+                    pulses.extra_pulses_s.len()
                 ),
                 hint: Some("check the tacho's signal and --pulses".into()),
             });
         }
-        if found.pulses.len() <= study.pulses_per_rev {
+        if pulses.pulses.len() <= study.pulses_per_rev {
             let message = format!(
-                "the tacho {name} has {} pulses, less than one turn at {} a turn",
-                found.pulses.len(),
+                "the tacho {name} has {} pulses, less than one turn at {} per turn",
+                pulses.pulses.len(),
                 study.pulses_per_rev
             );
             return Err(Error::new(Code::TooShort, message)
-                .with_hint("is --pulses right? it takes the pulses of one turn"));
+                .with_hint("check --pulses, the pulses per turn"));
         }
-        let curve = AngleCurve::from_pulses(&found, study.pulses_per_rev)?;
+        let curve = AngleCurve::from_pulses(&pulses, study.pulses_per_rev)?;
         let (from, to) = curve.time_range_s();
-        let how = format!(
+        let text = format!(
             "{} pulses of {name}, {:.2} … {:.2} rpm",
-            found.pulses.len(),
+            pulses.pulses.len(),
             rpm(curve.speed(from)),
             rpm(curve.speed(to))
         );
-        return Ok((curve, how));
+        return Ok((curve, text));
     }
     let Some(speed) = study.speed else {
         return Err(Error::new(
@@ -173,15 +173,15 @@ pub(super) fn shaft_angle(
         )
         .with_hint("name the tacho's channel, --tacho COL, or a steady speed, --speed RPM"));
     };
-    let samples = parts.first().map_or(0, Vec::len);
+    let samples = segment.first().map_or(0, Vec::len);
     let curve = AngleCurve::constant_speed(speed, samples as f64 / recording.rate_hz)?;
     Ok((curve, format!("steady at {:.4} rpm", rpm(speed))))
 }
 
-/// Amplitudes over orders, as half their squares with a bandwidth of one.
+/// Order spectra: amplitude A by order, stored as density A²/2 with bandwidth 1.
 ///
 /// # Errors
-/// No tacho and no speed, a tacho without pulses, fewer turns than a block.
+/// Neither tacho nor speed, a tacho without pulses, fewer revolutions than a block.
 pub fn order_spectra(
     recording: &Recording,
     channels: &[&Channel],
@@ -189,19 +189,19 @@ pub fn order_spectra(
 ) -> Result<SpectrumEstimate, Error> {
     let AngularSignals {
         signals,
-        max_order: highest,
-        method_text: how,
+        max_order,
+        method_text,
         diagnostics,
         ..
     } = resample_to_angle(recording, channels, study)?;
-    let whole = signals
+    let revolutions = signals
         .iter()
         .map(AngularSignal::revolutions)
         .min()
         .unwrap_or(0);
     let turns = study
         .revolutions
-        .unwrap_or((2 * whole / MIN_BLOCKS).clamp(1, MAX_REVOLUTIONS));
+        .unwrap_or((2 * revolutions / MIN_BLOCKS).clamp(1, MAX_REVOLUTIONS));
     let mut spectra = Spectra {
         bandwidth_hz: 1.0,
         ..Spectra::default()
@@ -211,22 +211,22 @@ pub fn order_spectra(
         spectra.rate_hz = signal.samples_per_rev as f64;
         spectra.blocks = lines.blocks;
         spectra.averages = Some((lines.blocks as f64 * INDEPENDENT_BLOCK_SHARE).max(1.0));
-        let kept = lines.order.partition_point(|order| *order <= highest);
-        let amplitudes = &lines.amplitude[..kept];
+        let n_lines = lines.order.partition_point(|order| *order <= max_order);
+        let amplitudes = &lines.amplitude[..n_lines];
         spectra
             .psd
             .push(amplitudes.iter().map(|a| 0.5 * a * a).collect());
         spectra.frequency_hz = lines.order;
-        spectra.frequency_hz.truncate(kept);
+        spectra.frequency_hz.truncate(n_lines);
     }
-    let how = format!(
-        "{how}; {} of {} with lines {} apart, orders up to {highest:.2}",
+    let method_text = format!(
+        "{method_text}; {} of {} with lines {} apart, orders up to {max_order:.2}",
         pluralise(spectra.blocks, "block"),
         pluralise(turns, "turn"),
         1.0 / turns as f64,
     );
     Ok(SpectrumEstimate {
-        method_text: how,
+        method_text,
         abscissa_kind: AbscissaKind::Order,
         spectra,
         spectrogram_rows: Vec::new(),
@@ -235,16 +235,16 @@ pub fn order_spectra(
     })
 }
 
-/// Gives each row of a spectrogram the speed of the shaft in its middle; rows before the first pulse and after the last are dropped.
+/// Assigns the shaft speed at its middle to each row of a spectrogram; rows before the first pulse or after the last are dropped.
 ///
 /// # Errors
-/// As for `resample_to_angle`.
+/// Those of `resample_to_angle`.
 pub fn over_speed(
     mut result: SpectrumEstimate,
     recording: &Recording,
     study: &SpectrumStudy,
 ) -> Result<SpectrumEstimate, Error> {
-    let (curve, how) = shaft_angle(recording, study, &[], &mut result.diagnostics)?;
+    let (curve, text) = shaft_angle(recording, study, &[], &mut result.diagnostics)?;
     let start_s = longest_segment(recording).start as f64 / recording.rate_hz;
     let (from, to) = curve.time_range_s();
     let is_known = |row: &SpectrogramRow| (from..=to).contains(&(row.time_s - start_s));
@@ -264,28 +264,28 @@ pub fn over_speed(
     result.speed = (times.iter())
         .map(|row| curve.speed(row.time_s - start_s))
         .collect();
-    result.method_text += &format!("; {how}");
+    result.method_text += &format!("; {text}");
     Ok(result)
 }
 
-/// The mean over turns: angles in degrees, one turn of each channel.
+/// Synchronous averages over one revolution, by channel.
 pub struct SynchronousAverages {
-    /// In words.
+    /// Description of the method.
     pub method_text: String,
-    /// Degrees.
+    /// Shaft angle of each value, degrees.
     pub angle_deg: Vec<f64>,
-    /// One turn of each channel.
+    /// Average over one revolution, by channel, in the unit of the channel.
     pub values: Vec<Vec<f64>>,
-    /// Turns averaged.
+    /// Number of revolutions averaged.
     pub revolutions: usize,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Averages over turns.
+/// Computes the synchronous averages of channels.
 ///
 /// # Errors
-/// As [`order_spectra`].
+/// Those of [`order_spectra`].
 pub fn synchronous_averages(
     recording: &Recording,
     channels: &[&Channel],
@@ -293,19 +293,19 @@ pub fn synchronous_averages(
 ) -> Result<SynchronousAverages, Error> {
     let AngularSignals {
         signals,
-        method_text: how,
+        method_text,
         diagnostics,
         ..
     } = resample_to_angle(recording, channels, study)?;
-    let all = signals
+    let averages = signals
         .iter()
         .map(SynchronousAverage::new)
         .collect::<Result<Vec<SynchronousAverage>, Error>>()?;
-    let turns = all.iter().map(|a| a.revolutions).min().unwrap_or(0);
-    let noise = all
+    let turns = averages.iter().map(|a| a.revolutions).min().unwrap_or(0);
+    let noise = averages
         .first()
         .map_or(0.0, SynchronousAverage::noise_reduction_db);
-    let errors: Vec<String> = all
+    let errors: Vec<String> = averages
         .iter()
         .zip(channels)
         .map(|(a, c)| {
@@ -314,16 +314,16 @@ pub fn synchronous_averages(
                 .to_string()
         })
         .collect();
-    let per_turn = signals.first().map_or(1, |s| s.samples_per_rev);
+    let samples_per_rev = signals.first().map_or(1, |s| s.samples_per_rev);
     Ok(SynchronousAverages {
         method_text: format!(
-            "{how}; mean of {turns} turns, what does not repeat {noise:.1} dB lower; {}",
+            "{method_text}; mean of {turns} turns, the non-repeating part {noise:.1} dB lower; {}",
             errors.join(", ")
         ),
-        angle_deg: (0..per_turn)
-            .map(|i| 360.0 * i as f64 / per_turn as f64)
+        angle_deg: (0..samples_per_rev)
+            .map(|i| 360.0 * i as f64 / samples_per_rev as f64)
             .collect(),
-        values: all.into_iter().map(|a| a.values).collect(),
+        values: averages.into_iter().map(|a| a.values).collect(),
         revolutions: turns,
         diagnostics,
     })

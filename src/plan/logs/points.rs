@@ -104,7 +104,7 @@ impl<'a> Points<'a> {
                     return Err(Error::new(Code::Conflict, message).with_hint(
                         match duplicate.2 == path {
                             true => "name every file once",
-                            false => "files of one point have equal channels, files of several points no response twice: name fewer channels, or give --roving",
+                            false => "name fewer channels, or give --roving: files of one point need equal channels, files of several points different responses",
                         },
                     ));
                 }
@@ -212,7 +212,7 @@ impl<'a> Points<'a> {
             }
         }
         let Some((mut study, accepted)) = accepted else {
-            let message = "no length of block suits the hits of every file";
+            let message = "no block length suits the hits of every file";
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("state the distance of the lines: --resolution 1"));
         };
@@ -237,7 +237,7 @@ impl<'a> Points<'a> {
     ) -> Result<Vec<EstimatedResponses>, Error> {
         let shortest = self.0.iter().map(|p| p.sound.recording.samples).min();
         let shortened: Vec<CheckedRecording> = (self.0.iter())
-            .map(|p| p.sound.beginning(shortest.unwrap_or(0)))
+            .map(|p| p.sound.truncated(shortest.unwrap_or(0)))
             .collect();
         let request = ResolutionRequest {
             band_hz: request.band_hz.or_else(|| common_band(separate)),
@@ -271,7 +271,7 @@ impl<'a> Points<'a> {
                 n => format!("; {} more", pluralise(n, "file")),
             };
             format!(
-                "{} with other points each{}; {}{remainder}",
+                "{} with different points{}; {}{remainder}",
                 pluralise(all.len(), "record"),
                 match is_roving_hammer {
                     true => ", shapes over the points of the force by reciprocity",
@@ -298,7 +298,7 @@ impl<'a> Points<'a> {
             responses: FrequencyResponses::default(),
             method_text,
             hits: Vec::new(),
-            by_hit: Vec::new(),
+            hit_responses: Vec::new(),
             has_unresolved_pulses: all.iter().any(|a| a.has_unresolved_pulses),
             spectra: None,
             finest_resolution_hz: finest.and_then(|n| n.into_iter().reduce(f64::max)),

@@ -1,4 +1,4 @@
-//! Poles that differ between the files of a roving test: modes of one file in place of those of the others, or poles that a file shifts.
+//! Consistency of poles over the files of a roving test: modes present in one file only, and poles shifted in a file.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,25 +11,25 @@ use crate::identify::rational::RationalFit;
 use crate::numeric::Complex;
 use crate::recording::frequency_responses::FrequencyResponses;
 
-/// A file and its responses among all.
+/// Path of a file and the range of its responses.
 pub type FileResponses<'a> = (&'a str, Range<usize>);
 
-/// A mode with this share of its squared shape in one file lives there alone …
+/// Minimum share of the squared mode shape in one file at which the mode is local to this file.
 const LOCAL_SHARE: f64 = 0.95;
 
-/// … where another mode no further away, relative, has less than this part of a file's mean share there: it is the same mode elsewhere.
+/// Maximum relative frequency distance, and maximum share relative to the mean, at which a mode of the other files replaces a local mode.
 const NEIGHBOUR: f64 = 0.05;
 const ABSENT: f64 = 0.1;
 
-/// A file shifts a pole where its shift is off the median of the files by so many standard deviations, and half-power half-bandwidths.
+/// Maximum deviation of a pole shift from the median of the files, in standard deviations and in half-power half-bandwidths.
 const SHIFT_SIGMA: f64 = 5.0;
 const SHIFT_HALF_WIDTHS: f64 = 0.1;
 
-/// Lines within so many half-power half-bandwidths of a pole tell its shift; fewer than this tell none.
+/// Distance from a pole, in half-power half-bandwidths, of the lines that determine its shift, and their minimum number.
 const REACH_HALF_WIDTHS: f64 = 3.0;
 const MIN_LINES: usize = 8;
 
-/// Names the files whose poles are not those of the others.
+/// Warning that names the files whose poles differ from those of the others.
 pub fn check_files(
     files: &[FileResponses],
     responses: &FrequencyResponses,
@@ -37,20 +37,20 @@ pub fn check_files(
 ) -> Option<Diagnostic> {
     let mut names: Vec<&str> = Vec::new();
     let mut messages: Vec<String> = Vec::new();
-    for (at, (path, _)) in files.iter().enumerate() {
-        let local: Vec<String> = (fit.modes.iter())
-            .filter_map(|own| Some((own, neighbour(files, at, own, &fit.modes)?)))
-            .map(|(own, other)| {
+    for (file, (path, _)) in files.iter().enumerate() {
+        let replacements: Vec<String> = (fit.modes.iter())
+            .filter_map(|mode| Some((mode, neighbour(files, file, mode, &fit.modes)?)))
+            .map(|(mode, other)| {
                 format!(
                     "{:.4} in place of {:.4} Hz",
-                    own.frequency_hz(),
+                    mode.frequency_hz(),
                     other.frequency_hz()
                 )
             })
             .collect();
-        if !local.is_empty() {
+        if !replacements.is_empty() {
             names.push(path);
-            messages.push(format!("{path} alone shows {}", local.join(", ")));
+            messages.push(format!("{path} alone shows {}", replacements.join(", ")));
         }
     }
     for mode in &fit.modes {
@@ -78,34 +78,34 @@ pub fn check_files(
 
 /// Share of the squared shape of a mode in each file.
 fn shares(files: &[FileResponses], mode: &ModalParameters) -> Vec<f64> {
-    let of = |range: &Range<usize>| -> f64 {
-        let own = mode.shape.get(range.clone()).unwrap_or_default();
-        own.iter().map(Complex::norm_sqr).sum()
+    let energy = |range: &Range<usize>| -> f64 {
+        let shape = mode.shape.get(range.clone()).unwrap_or_default();
+        shape.iter().map(Complex::norm_sqr).sum()
     };
-    let total: f64 = files.iter().map(|f| of(&f.1)).sum();
-    files.iter().map(|f| of(&f.1) / total).collect()
+    let total: f64 = files.iter().map(|f| energy(&f.1)).sum();
+    files.iter().map(|f| energy(&f.1) / total).collect()
 }
 
-/// The mode of all other files in whose place file `at` has a mode of its own.
+/// Mode of the other files that `local_mode` of `file` replaces; `None` if it is not local or has no counterpart.
 fn neighbour<'m>(
     files: &[FileResponses],
-    at: usize,
-    own: &ModalParameters,
+    file: usize,
+    local_mode: &ModalParameters,
     modes: &'m [ModalParameters],
 ) -> Option<&'m ModalParameters> {
-    let f = own.frequency_hz();
+    let f = local_mode.frequency_hz();
     let is_near = |m: &&ModalParameters| (m.frequency_hz() - f).abs() <= NEIGHBOUR * f;
-    let is_absent = |m: &&ModalParameters| shares(files, m)[at] < ABSENT / files.len() as f64;
-    let off = |m: &ModalParameters| (m.frequency_hz() - f).abs();
-    (shares(files, own)[at] >= LOCAL_SHARE)
+    let is_absent = |m: &&ModalParameters| shares(files, m)[file] < ABSENT / files.len() as f64;
+    let distance = |m: &ModalParameters| (m.frequency_hz() - f).abs();
+    (shares(files, local_mode)[file] >= LOCAL_SHARE)
         .then(|| {
-            let others = modes.iter().filter(is_near).filter(is_absent);
-            others.min_by(|a, b| off(a).total_cmp(&off(b)))
+            let candidates = modes.iter().filter(is_near).filter(is_absent);
+            candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)))
         })
         .flatten()
 }
 
-/// The files that place a pole elsewhere than the median file, and by how much, relative.
+/// Files with a pole shifted from the median of the files, and the relative shift.
 fn shifted<'f>(
     files: &[FileResponses<'f>],
     responses: &FrequencyResponses,
@@ -114,8 +114,8 @@ fn shifted<'f>(
 ) -> Vec<(&'f str, f64)> {
     let pole = mode.pole;
     let reach = REACH_HALF_WIDTHS * pole.re.abs();
-    let is_near = |other: &&Complex| (**other - pole).norm() <= 2.0 * reach;
-    if files.len() < 3 || fit.poles.iter().filter(is_near).count() > 1 {
+    let is_close = |other: &&Complex| (**other - pole).norm() <= 2.0 * reach;
+    if files.len() < 3 || fit.poles.iter().filter(is_close).count() > 1 {
         return Vec::new();
     }
     let lines: Vec<usize> = (0..responses.frequency_hz.len())
@@ -124,11 +124,11 @@ fn shifted<'f>(
     if lines.len() < MIN_LINES {
         return Vec::new();
     }
-    let near_hz: Vec<f64> = lines.iter().map(|&k| responses.frequency_hz[k]).collect();
-    let fitted: Vec<Vec<Complex>> = near_hz.iter().map(|&f| fit.synthesise(f)).collect();
+    let lines_hz: Vec<f64> = lines.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let fitted: Vec<Vec<Complex>> = lines_hz.iter().map(|&f| fit.synthesise(f)).collect();
     let shift = |range: &Range<usize>| {
-        let of_fit = |i: usize| fitted.iter().map(|f| f[i]).collect();
-        let fitted: Vec<Vec<Complex>> = range.clone().map(of_fit).collect();
+        let fit_of = |i: usize| fitted.iter().map(|f| f[i]).collect();
+        let fitted: Vec<Vec<Complex>> = range.clone().map(fit_of).collect();
         let measured = |i: usize| {
             lines
                 .iter()
@@ -136,17 +136,17 @@ fn shifted<'f>(
                 .collect()
         };
         let measured: Vec<Vec<Complex>> = range.clone().map(measured).collect();
-        shift_of_misfit(&near_hz, &measured, &fitted, pole)
+        shift_of_misfit(&lines_hz, &measured, &fitted, pole)
     };
-    let found: Vec<Option<(f64, f64)>> = files.iter().map(|(_, range)| shift(range)).collect();
-    let mut known: Vec<f64> = found.iter().flatten().map(|s| s.0).collect();
-    known.sort_by(f64::total_cmp);
-    if known.len() < 3 {
+    let shifts: Vec<Option<(f64, f64)>> = files.iter().map(|(_, range)| shift(range)).collect();
+    let mut sorted: Vec<f64> = shifts.iter().flatten().map(|s| s.0).collect();
+    sorted.sort_by(f64::total_cmp);
+    if sorted.len() < 3 {
         return Vec::new();
     }
-    let median = known[known.len() / 2];
+    let median = sorted[sorted.len() / 2];
     let limit = SHIFT_HALF_WIDTHS * pole.re.abs();
-    (files.iter().zip(&found))
+    (files.iter().zip(&shifts))
         .filter_map(|(file, shift)| Some((file.0, shift.as_ref()?)))
         .filter(|(_, (shift, std))| (shift - median).abs() > limit.max(SHIFT_SIGMA * std))
         .map(|(path, (shift, _))| (path, (shift - median) / pole.im))
@@ -168,16 +168,16 @@ mod tests {
         }
     }
 
-    /// A mode at 39.4 Hz in the fourth file alone, where the others have one at 40 Hz; none in its place at 60 Hz, nor where the other
-    /// mode is seen there too.
+    /// A mode at 39.4 Hz local to the fourth file replaces one at 40 Hz of the other files, but not one at 60 Hz, nor one that the
+    /// fourth file shows as well.
     #[test]
     fn law_modes_of_one_file() {
         let files: Vec<FileResponses> = (0..4).map(|k| (PATHS[k], k..k + 1)).collect();
-        let own = mode(39.4, [0.01, 0.0, 0.02, 1.0]);
-        let of =
-            |other: ModalParameters| neighbour(&files, 3, &own, &[own.clone(), other]).is_some();
-        assert!(of(mode(40.0, [1.0, 0.5, 0.8, 0.02])));
-        assert!(!of(mode(60.0, [1.0, 0.5, 0.8, 0.02])));
-        assert!(!of(mode(40.0, [1.0, 0.5, 0.8, 0.5])));
+        let local = mode(39.4, [0.01, 0.0, 0.02, 1.0]);
+        let has_neighbour =
+            |m: ModalParameters| neighbour(&files, 3, &local, &[local.clone(), m]).is_some();
+        assert!(has_neighbour(mode(40.0, [1.0, 0.5, 0.8, 0.02])));
+        assert!(!has_neighbour(mode(60.0, [1.0, 0.5, 0.8, 0.02])));
+        assert!(!has_neighbour(mode(40.0, [1.0, 0.5, 0.8, 0.5])));
     }
 }

@@ -24,10 +24,10 @@ const INITIAL_ORDER: usize = 40;
 /// Selection rule that separates modes from other poles of a rational fit, one sentence.
 pub fn rule(method: IdentificationMethod, departs: bool) -> String {
     match method {
-        IdentificationMethod::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
+        IdentificationMethod::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if the fit needs both".to_string(),
         IdentificationMethod::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
         _ => format!(
-            "{INITIAL_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
+            "{INITIAL_ORDER} poles, refined together to the least misfit; the weakest pair is removed while it lowers the misfit by no more than noise would, somewhere in the band"
         ),
     }
 }
@@ -88,10 +88,10 @@ const MIN_HITS: usize = 3;
 fn few_hits(hits: usize) -> Option<Diagnostic> {
     let message = match hits {
         1 => {
-            "one hit, step or release used: how far repeats place a mode apart is not known, and no interval includes it"
+            "one hit, step or release used: the scatter of repeats is unknown and not included in the intervals"
         }
         2 => {
-            "two hits, steps or releases used: their scatter rests on one difference, and where they differ intervals are 12.7 standard errors (Student's t with one degree of freedom)"
+            "two hits, steps or releases used: their scatter is estimated from one difference; intervals that include it are 12.7 standard errors (Student's t with one degree of freedom)"
         }
         _ => return None,
     };
@@ -166,7 +166,7 @@ pub fn fit_rational(
         let all = hit.value.iter();
         all.map(|h| used.iter().map(|&k| h[k]).collect()).collect()
     };
-    let by_hit = estimated.map_or(&[][..], |e| &e.by_hit);
+    let by_hit = estimated.map_or(&[][..], |e| &e.hit_responses);
     let few_hits = few_hits(by_hit.len());
     // The variance has one degree of freedom per average less one per input; hits have a separate variance.
     let inputs = responses.index_matrix()[0].len() as f64;
@@ -177,8 +177,8 @@ pub fn fit_rational(
     let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(select_lines).collect();
     let hits = (by_hit.len() > 1).then_some(ResponsesByHit {
         responses: &by_hit,
-        joined: joined / by_hit.len() as f64,
-        fourth: fourth_difference_gain(responses),
+        hits_per_group: joined / by_hit.len() as f64,
+        fourth_difference_gain: fourth_difference_gain(responses),
     });
     let fit = |derivative: u8| {
         let options = RationalOptions {

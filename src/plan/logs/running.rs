@@ -1,4 +1,4 @@
-//! Lines of running speed among what responses alone show: orders of a stated speed, sines, and series of evenly spaced ones.
+//! Harmonics of the running speed in operational data: orders of a stated speed, removed sines, and series of evenly spaced sines.
 
 use std::f64::consts::TAU;
 
@@ -10,15 +10,11 @@ use crate::identify::operational::harmonics::{HarmonicIndicator, RunningSpeed};
 use crate::identify::operational::spacing::{HarmonicSeries, series};
 use crate::spectrum::tones::Tone;
 
-/// Lines of the record within which a line has its place in a series.
+/// Tolerance of the frequencies of a harmonic series, spectral lines of the record.
 const LINE_TOLERANCE: f64 = 1.5;
 
-/// Series of evenly spaced sines: of those taken out, and of poles distributed like one.
-pub fn evenly_spaced(
-    tones: &[Tone],
-    modes: &[IdentifiedMode],
-    line_hz: f64,
-) -> Vec<HarmonicSeries> {
+/// Evenly spaced series among removed sines and harmonic poles; `line_hz` is the line spacing of the record, Hz.
+pub fn find_series(tones: &[Tone], modes: &[IdentifiedMode], line_hz: f64) -> Vec<HarmonicSeries> {
     let poles = modes.iter().filter(|m| is_sine(m));
     let mut lines: Vec<f64> = (tones.iter().map(|t| t.frequency_hz))
         .chain(poles.map(IdentifiedMode::frequency_hz))
@@ -27,31 +23,31 @@ pub fn evenly_spaced(
     series(&lines, LINE_TOLERANCE * line_hz)
 }
 
-/// Whether a pole is a line of running speed by itself.
+/// True if the harmonic indicator of a pole identifies it as a harmonic.
 pub fn is_sine(mode: &IdentifiedMode) -> bool {
     mode.harmonic
         .as_ref()
         .is_some_and(HarmonicIndicator::is_harmonic)
 }
 
-/// Whether a mode is narrow, in its place on a series, and not damped as a structure about a sine taken out there.
-pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, orders: &SpeedOrders) -> bool {
-    /// Half-power half-bandwidth over the spacing.
+/// True if a mode is narrow and lies on a harmonic series, unless it has structural damping and contains a removed sine.
+pub fn in_series(list: &[HarmonicSeries], mode: &IdentifiedMode, orders: &SpeedOrders) -> bool {
+    /// Largest half-power half-bandwidth, relative to the spacing.
     const NARROW: f64 = 0.05;
     let half_band = mode.mode.pole.re.abs() / TAU;
     let std = mode.mode.frequency_std_hz().unwrap_or(0.0);
     if orders.is_structural(&mode.mode) && orders.contains_removed_sine(&mode.mode) {
         return false;
     }
-    all.iter().any(|s| {
+    list.iter().any(|s| {
         let tolerance = (LINE_TOLERANCE * orders.line_hz)
             .max(std)
             .min(NARROW * s.spacing_hz);
-        half_band < NARROW * s.spacing_hz && s.holds(mode.frequency_hz(), tolerance)
+        half_band < NARROW * s.spacing_hz && s.contains(mode.frequency_hz(), tolerance)
     })
 }
 
-/// Says which sines are evenly spaced.
+/// Warning that names a series of evenly spaced sines.
 pub fn series_warning(series: &HarmonicSeries) -> Option<Diagnostic> {
     let (first, last) = (series.lines_hz.first()?, series.lines_hz.last()?);
     Some(Diagnostic {
@@ -62,39 +58,39 @@ pub fn series_warning(series: &HarmonicSeries) -> Option<Diagnostic> {
             series.spacing_hz
         ),
         hint: Some(
-            "state the speed: --speed; or repeat at another speed: a mode stays where it is"
+            "state the speed: --speed; or repeat at another speed: a mode keeps its frequency"
                 .to_string(),
         ),
     })
 }
 
-/// A pole whose half-power half-bandwidth exceeds so many lines of the record is damped as a structure is.
+/// Half-power half-bandwidth above which a pole has structural damping, spectral lines of the record.
 const STRUCTURE_LINES: f64 = 10.0;
 
-/// Running speed as known after the removal of sines.
+/// Running speed with the sines removed from the record.
 pub struct SpeedOrders<'a> {
-    /// The speed as stated.
+    /// Stated running speed.
     pub running: Option<&'a RunningSpeed>,
-    /// Sines taken out.
+    /// Removed sines.
     pub tones: &'a [Tone],
-    /// Distance of the lines of the whole record, Hz.
+    /// Line spacing of the complete record, Hz.
     pub line_hz: f64,
 }
 
 impl SpeedOrders<'_> {
-    /// Order that coincides with a mode, no longer reported as its own: nothing shows a line there. A line has a constant envelope, a
-    /// damping whose interval includes zero, or, where it is much narrower than a structure, had a sine that was removed on that order;
-    /// without an uncertainty narrowness suffices.
+    /// Takes the order of a pole that is a mode, not a harmonic. A harmonic has a constant envelope, or a damping interval that includes
+    /// zero, or it is much narrower than a structural mode and a sine of that order was removed; if the damping has no interval, a
+    /// narrow pole is a harmonic.
     pub fn coincident_order(
         &self,
         harmonic: &mut HarmonicIndicator,
         mode: &ModalParameters,
     ) -> Option<f64> {
         let order = harmonic.order?;
-        let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
+        let matches = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
         let is_remnant = || match weak::damping_includes_zero(mode) {
             Some(true) => true,
-            Some(false) => !self.is_structural(mode) && self.tones.iter().any(is_on_it),
+            Some(false) => !self.is_structural(mode) && self.tones.iter().any(matches),
             None => !self.is_structural(mode),
         };
         match harmonic.is_sine() || is_remnant() {
@@ -103,70 +99,72 @@ impl SpeedOrders<'_> {
         }
     }
 
-    /// Whether a pole is much wider than a line of the record, as a structure is.
+    /// True if a pole is much wider than a spectral line of the record.
     fn is_structural(&self, mode: &ModalParameters) -> bool {
         mode.pole.re.abs() / TAU > STRUCTURE_LINES * self.line_hz
     }
 
-    /// Whether a sine was taken out within the half-power band of a pole.
+    /// True if a sine was removed within the half-power band of a pole.
     pub fn contains_removed_sine(&self, mode: &ModalParameters) -> bool {
         let half_width_hz = mode.pole.re.abs() / TAU;
         let is_within = |t: &Tone| (t.frequency_hz - mode.frequency_hz()).abs() < half_width_hz;
         self.tones.iter().any(is_within)
     }
 
-    /// Whether a pole is what a sine that wanders left when it was taken out: within two lines of it, and not damped as a structure is.
+    /// True if a pole is the remnant of a removed sine of varying frequency: within two lines of the sine and without structural damping.
     pub fn is_remnant_of_sine(&self, mode: &ModalParameters) -> bool {
         !self.is_structural(mode) && self.is_near_removed_sine(mode.frequency_hz(), self.line_hz)
     }
 
-    /// Whether a sine within two lines was taken out.
+    /// True if a sine was removed within two lines of a frequency, Hz.
     pub fn is_near_removed_sine(&self, frequency_hz: f64, line_hz: f64) -> bool {
-        let near = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < 2.0 * line_hz;
-        self.tones.iter().any(near)
+        let is_close = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < 2.0 * line_hz;
+        self.tones.iter().any(is_close)
     }
 }
 
-/// Says which modes lie on orders of the running speed.
+/// Warning that lists the modes on orders of the running speed.
 pub fn order_warning(modes: &[IdentifiedMode]) -> Option<Diagnostic> {
-    let on = modes
+    let pairs = modes
         .iter()
         .filter_map(|m| m.on_order.map(|o| (m.frequency_hz(), o)));
-    let places: Vec<String> = on.map(|(f, o)| format!("{f:.4} Hz (order {o})")).collect();
-    (!places.is_empty()).then(|| Diagnostic {
+    let list: Vec<String> = pairs
+        .map(|(f, o)| format!("{f:.4} Hz (order {o})"))
+        .collect();
+    (!list.is_empty()).then(|| Diagnostic {
         code: "mode-on-order",
         message: format!(
-            "{}: on an order of the running speed, and a mode all the same: no sine is left there, and its damping is that of a structure",
-            places.join(", ")
+            "{}: at an order of the running speed, but accepted as a mode: no sine remains there, and its damping is structural",
+            list.join(", ")
         ),
-        hint: Some("repeat at another speed: a mode stays where it is".to_string()),
+        hint: Some("repeat at another speed: a mode keeps its frequency".to_string()),
     })
 }
 
-/// Says that there are lines of running speed.
+/// Warning that lists the harmonics of the running speed.
 pub fn harmonic_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> {
-    let places: Vec<f64> = (harmonics.iter())
+    let frequencies: Vec<f64> = (harmonics.iter())
         .filter(|h| h.reason != IdentifiedHarmonic::MAINS)
         .map(|h| h.frequency_hz)
         .collect();
-    (!places.is_empty()).then(|| Diagnostic {
+    (!frequencies.is_empty()).then(|| Diagnostic {
         code: "harmonic",
         message: format!(
-            "{}: like running speed, and listed apart from the modes",
-            hz_list(&places)
+            "{}: likely harmonics of the running speed, listed apart from the modes",
+            hz_list(&frequencies)
         ),
-        hint: Some("repeat at another speed: what moves with it is no mode".to_string()),
+        hint: Some("repeat at another speed: modes do not move with it".to_string()),
     })
 }
 
-/// The first few frequencies of a list, and how many more there are.
+/// First frequencies of a list as text, and the number of the others.
 pub fn hz_list(frequencies: &[f64]) -> String {
     const MAX_LINES_LISTED: usize = 6;
-    let mut places: Vec<String> = (frequencies.iter().take(MAX_LINES_LISTED))
+    let mut list: Vec<String> = (frequencies.iter().take(MAX_LINES_LISTED))
         .map(|f| format!("{f:.4} Hz"))
         .collect();
     if frequencies.len() > MAX_LINES_LISTED {
-        places.push(format!("{} more", frequencies.len() - MAX_LINES_LISTED));
+        list.push(format!("{} more", frequencies.len() - MAX_LINES_LISTED));
     }
-    places.join(", ")
+    list.join(", ")
 }

@@ -94,14 +94,13 @@ pub fn check_channels(
                 "{} reaches {largest:.3e}: its power cannot be formed in double precision",
                 name(at)
             );
-            return Err(Error::new(Code::OutOfRange, message).with_hint(
-                "check the unit of the channel, or give it a sensible one in the sidecar",
-            ));
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("check the unit of the channel, or state another in the sidecar"));
         }
         if low >= high {
             let message = format!("{} is {low} in every sample", name(at));
             return Err(Error::new(Code::NoSignal, message).with_hint(
-                "a constant holds no dynamics: check whether the sensor was connected",
+                "a constant signal has no dynamics: check whether the sensor was connected",
             ));
         }
     }
@@ -115,7 +114,7 @@ pub fn check_channels(
         if let Some((factor, offset)) = sums.regression_line() {
             let (i, o) = (name(chosen[i]), name(chosen[o]));
             let message = format!(
-                "{o} is {factor:.6} times {i} plus {offset:.6} sample by sample: there is no dynamics between them"
+                "{o} is {factor:.6} times {i} plus {offset:.6} sample by sample: their relation has no dynamics"
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("check whether one signal was recorded under two names, or one computed from the other"));
@@ -174,7 +173,7 @@ pub fn load_segment(
     let mut diagnostics = Vec::new();
     let longest = recording.segments.iter().max_by_key(|s| s.len()).cloned();
     if let Some(segment) = longest.filter(|s| s.len() < recording.samples) {
-        let file = recording.moment(segment.start).file;
+        let file = recording.sample_time(segment.start).file;
         let message = format!(
             "{what} uses the longest segment without a gap: {:.4} s{} of {:.4} s",
             segment.len() as f64 / rate,
@@ -187,8 +186,8 @@ pub fn load_segment(
             message,
             hint: Some(
                 match file {
-                    Some(_) => "the other files are not used: identify them one by one and compare",
-                    None => "bridge short gaps: --fill-gaps",
+                    Some(_) => "the other files are not used: identify them separately and compare",
+                    None => "interpolate short gaps: --fill-gaps",
                 }
                 .to_string(),
             ),
@@ -200,7 +199,7 @@ pub fn load_segment(
     let factor = match band_hz {
         Some((_, top)) if top > rate / 2.0 => {
             let message = format!(
-                "the band reaches up to {top} Hz; samples at {rate} Hz hold nothing above {} Hz",
+                "the band reaches up to {top} Hz; the sample rate of {rate} Hz limits it to {} Hz",
                 rate / 2.0
             );
             return Err(Error::new(Code::OutOfRange, message)

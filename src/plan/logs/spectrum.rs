@@ -11,7 +11,7 @@ use super::{fault_free, frequency_spectra, order_spectra, sample_blocks};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::numeric::parabola::log_vertex;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::numeric::statistics::normal_quantile;
 use crate::recording::channel_unit::{self, MeasuredQuantity};
 use crate::recording::signals::{Channel, Recording};
@@ -144,7 +144,7 @@ fn check_signal(
 /// Error for a channel whose squares overflow or underflow.
 fn out_of_range(channel: &Channel, size: f64) -> Error {
     let message = format!(
-        "the squares of {} leave the range of numbers: it reaches {size:e}",
+        "the squares of {} overflow: it reaches {size:e}",
         channel.name
     );
     Error::new(Code::OutOfRange, message)
@@ -186,7 +186,7 @@ fn conversion(
     };
     let unknown = || {
         let message = format!(
-            "the unit \"{}\" of {} is not that of a motion",
+            "the unit \"{}\" of {} is not a unit of motion",
             channel.unit, channel.name
         );
         Error::new(Code::WrongUnit, message)
@@ -292,7 +292,7 @@ fn build_result(
             line.value = value(line.position, line.value, 2.0);
         }
         lines.retain(|line| line.amplitude > 0.0);
-        sort_falling(&mut lines, |a| a.amplitude);
+        sort_descending(&mut lines, |a| a.amplitude);
         // In a run-up the response lags increasingly: the order is uncertain by a line.
         let uncertainty = match abscissa_kind {
             AbscissaKind::Order => 2.0 * spacing,

@@ -1,4 +1,4 @@
-//! Spectrum study and its result.
+//! Options of a spectrum study, and its results.
 
 use super::identify_study::{OVERLAPS, parse_band_hz, read_resolution};
 use crate::base::code::Code;
@@ -16,72 +16,72 @@ use crate::spectrum::spectrogram::SpectrogramRow;
 use crate::spectrum::welch::{Averaging, Detrend};
 use crate::spectrum::window::Window;
 
-/// Kind of spectrum.
+/// Kind of spectrum, selected by `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SpectrumKind {
     /// Power spectral density, unit²/Hz.
     #[default]
     Density,
-    /// Amplitude of tones, zero to peak.
+    /// Amplitude spectrum, zero to peak.
     Amplitude,
-    /// Root mean square of tones.
+    /// Amplitude spectrum, root mean square.
     Rms,
-    /// Power spectral density by several tapers of the whole record.
+    /// Multitaper power spectral density of the complete record.
     Multitaper,
-    /// Lines of the squared envelope of a band.
+    /// Spectrum of the squared envelope of a band.
     Envelope,
     /// Real cepstrum.
     Cepstrum,
-    /// Power spectral density by time.
+    /// Power spectral density over time.
     Spectrogram,
-    /// Amplitude over orders of a shaft.
+    /// Amplitude spectrum over orders of a shaft.
     Order,
-    /// Mean over the turns of a shaft.
+    /// Synchronous average over the revolutions of a shaft.
     SynchronousAverage,
 }
 
-/// The study; what is `None` is chosen from the data.
+/// Options of a spectrum study; options that are `None` are chosen from the data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpectrumStudy {
-    /// Channels analysed.
+    /// Names of the channels.
     pub channels: Vec<String>,
-    /// Kind of spectrum.
+    /// Requested kind of spectrum.
     pub kind: SpectrumKind,
     /// Frequency resolution, Hz.
     pub frequency_resolution_hz: Option<f64>,
     /// Window of each block.
     pub window: Option<Window>,
-    /// Share of a block that the next has in common with it.
+    /// Overlap of successive blocks, as a share of the block length.
     pub overlap: Option<f64>,
-    /// Average over the blocks.
+    /// Averaging over the blocks.
     pub averaging: Averaging,
     /// Trend removed from each block.
     pub detrend: Detrend,
-    /// Lines shown, Hz or order; the band-pass of an envelope, Hz.
+    /// Band of the result, Hz or order; for an envelope the band-pass, Hz.
     pub band: Option<(f64, f64)>,
-    /// Motion quantity that replaces the measured one, by integration or differentiation.
+    /// Motion quantity into which the measured one is integrated or differentiated.
     pub history: Option<MotionQuantity>,
-    /// The channel of the tacho.
+    /// Name of the tacho channel.
     pub tacho: Option<String>,
-    /// Pulses per revolution.
+    /// Tacho pulses per revolution.
     pub pulses_per_rev: usize,
-    /// A steady speed, rad/s.
+    /// Constant speed, rad/s.
     pub speed: Option<f64>,
-    /// Turns in a block of an order spectrum or cut.
+    /// Revolutions per block of an order spectrum or order cut.
     pub revolutions: Option<usize>,
-    /// Orders to cut, cycles a turn.
+    /// Orders of the order cuts, cycles per revolution.
     pub cuts: Vec<f64>,
-    /// The analysis takes only the part that does not repeat with the turns.
+    /// True if only the random part of the signals is analysed.
     pub separate: bool,
-    /// Lines that may be there, Hz; orders where the spectrum is one of orders.
+    /// Lines expected from the machine, Hz; for an order spectrum, orders.
     pub expected_lines: Vec<ExpectedLine>,
 }
 
-/// Counts at most.
+/// Largest value of a count.
 const MAX_COUNT: u32 = 1_000_000;
 
 impl SpectrumStudy {
-    /// Reads its keys.
+    /// Reads the options of a study from its table.
     pub fn read(f: &mut TableReader) -> SpectrumStudy {
         f.exclusive("tacho", "speed");
         f.requires("pulses", "tacho");
@@ -89,7 +89,7 @@ impl SpectrumStudy {
             f.optional_count(key, 1, MAX_COUNT)
                 .map(|count| count as usize)
         };
-        // An order cut is no spectrum and takes its own way.
+        // `None` is an order cut, which is computed separately.
         let kind = f.word("kind").unwrap_or(Some(SpectrumKind::default()));
         let kind_or_default = kind.unwrap_or_default();
         SpectrumStudy {
@@ -119,7 +119,7 @@ impl SpectrumStudy {
     }
 }
 
-/// `linear`, `exponential:N` or `peak-hold`.
+/// Parses `linear`, `exponential:N` or `peak-hold`.
 fn parse_averaging(word: &str, subject: &str) -> Result<Averaging, Error> {
     let blocks = word
         .strip_prefix("exponential:")
@@ -129,7 +129,7 @@ fn parse_averaging(word: &str, subject: &str) -> Result<Averaging, Error> {
         ("peak-hold", _) => Ok(Averaging::PeakHold),
         (_, Some(n)) => Ok(Averaging::Exponential(n)),
         _ => {
-            let message = format!("\"{}\" is no way to average", truncate(word));
+            let message = format!("\"{}\" is not an averaging method", truncate(word));
             let hint =
                 format!("{subject} takes linear, exponential:8 (blocks, at least 1) or peak-hold");
             Err(Error::new(Code::Usage, message).with_hint(hint))
@@ -137,14 +137,14 @@ fn parse_averaging(word: &str, subject: &str) -> Result<Averaging, Error> {
     }
 }
 
-/// `A:B` in orders.
+/// Parses a band `A:B` of orders.
 fn parse_orders(text: &str, subject: &str) -> Result<(f64, f64), Error> {
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let band = text
         .split_once(':')
         .and_then(|(low, high)| number(low).zip(number(high)));
-    let rising = band.filter(|(low, high)| *low >= 0.0 && low < high);
-    rising.ok_or_else(|| {
+    let valid = band.filter(|(low, high)| *low >= 0.0 && low < high);
+    valid.ok_or_else(|| {
         let message = format!("\"{}\" is not a band of orders", truncate(text));
         let hint = format!("{subject} takes low:high, such as 0.5:40");
         Error::new(Code::OutOfRange, message).with_hint(hint)
@@ -190,13 +190,13 @@ impl Word for MotionQuantity {
 /// Kind of abscissa of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AbscissaKind {
-    /// Hz.
+    /// Frequency, Hz.
     Frequency,
-    /// Cycles a turn.
+    /// Order, cycles per revolution.
     Order,
-    /// s.
+    /// Quefrency, s.
     Quefrency,
-    /// Degrees of a turn.
+    /// Shaft angle, deg.
     Angle,
 }
 
@@ -212,46 +212,46 @@ impl AbscissaKind {
     }
 }
 
-/// A line of a spectrum.
+/// Peak of a spectrum with its candidate names.
 #[derive(Debug, Clone)]
 pub struct LabelledPeak {
-    /// Between the lines: Hz, order or s.
+    /// Interpolated abscissa: Hz, order or s.
     pub position: f64,
-    /// Height of the curve there, in its unit.
+    /// Value of the spectrum at the peak, in its unit.
     pub value: f64,
-    /// Amplitude of a tone that would make it, zero to peak (root mean square on request).
+    /// Amplitude of a tone with this peak, zero to peak (root mean square on request).
     pub amplitude: f64,
-    /// Power over that of the floor; `None` for cepstra.
+    /// Power ratio of the peak to the noise floor; `None` for cepstra.
     pub signal_to_noise: Option<f64>,
-    /// True if the line is above the noise level.
+    /// True if the peak exceeds the noise level.
     pub significant: bool,
     /// Candidate names, the nearest first; more than one where the measurement cannot distinguish them.
     pub names: Vec<String>,
 }
 
-/// The spectrum of one channel.
+/// Spectrum of one channel.
 #[derive(Debug, Clone)]
 pub struct ChannelSpectrum {
-    /// The channel.
+    /// Name of the channel.
     pub channel: String,
     /// Unit of the values.
     pub unit: String,
-    /// Unit of amplitudes of its lines.
+    /// Unit of the peak amplitudes.
     pub amplitude_unit: String,
-    /// One for each place.
+    /// Values over the abscissa of the result.
     pub value: Vec<f64>,
     /// Peaks, the strongest first.
     pub peaks: Vec<LabelledPeak>,
-    /// Rows over time, for spectrograms; over the abscissa of the result.
+    /// Rows of a spectrogram over time; each row over the abscissa of the result.
     pub spectrogram_rows: Vec<SpectrogramRow>,
-    /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
+    /// Speed of the shaft at the centre of each row, rad/s; empty without a shaft.
     pub speed: Vec<f64>,
 }
 
-/// Spectra with the method that made them.
+/// Spectra of the channels with the method and the data-quality warnings.
 #[derive(Debug)]
 pub struct SpectrumResult {
-    /// Stages that ran, with seconds.
+    /// Stages with their run time, s.
     pub trace: Vec<(&'static str, f64)>,
     /// Method as text.
     pub method_text: String,
@@ -259,42 +259,42 @@ pub struct SpectrumResult {
     pub kind: SpectrumKind,
     /// Kind of abscissa.
     pub abscissa_kind: AbscissaKind,
-    /// Places, rising.
+    /// Abscissa values, ascending.
     pub abscissa: Vec<f64>,
-    /// One for each channel.
+    /// Spectrum of each channel.
     pub channel_spectra: Vec<ChannelSpectrum>,
-    /// Quefrencies between which families of lines were sought, s.
+    /// Quefrency range searched for harmonic families, s.
     pub quefrency_range_s: Option<(f64, f64)>,
-    /// Step of the abscissa.
+    /// Step of the abscissa, in its unit.
     pub abscissa_step: f64,
-    /// Independent averages.
+    /// Number of independent averages.
     pub averages: Option<f64>,
-    /// Multiples of a density between which the true one lies with 95 %.
+    /// Bounds of the 95 % confidence interval of a density, relative to the estimate.
     pub interval: Option<(f64, f64)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// The spectrum of a channel before it is shown: density, or half the square of an amplitude with a bandwidth of one.
+/// Estimated spectra before conversion to the requested kind: densities, or half squared amplitudes with a bandwidth of one.
 pub struct SpectrumEstimate {
-    /// In words.
+    /// Method as text.
     pub method_text: String,
     /// Kind of abscissa.
     pub abscissa_kind: AbscissaKind,
-    /// One channel's density each.
+    /// Density of each channel.
     pub spectra: Spectra,
-    /// By time, for spectrograms.
+    /// Rows of each channel over time, for spectrograms.
     pub spectrogram_rows: Vec<Vec<SpectrogramRow>>,
-    /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
+    /// Speed of the shaft at the centre of each row, rad/s; empty without a shaft.
     pub speed: Vec<f64>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A channel by its name.
+/// Finds a channel by its name.
 ///
 /// # Errors
-/// There is none of that name.
+/// The recording has no channel of that name.
 pub fn channel<'r>(recording: &'r Recording, name: &str) -> Result<&'r Channel, Error> {
     recording.channel(name).ok_or_else(|| {
         let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();

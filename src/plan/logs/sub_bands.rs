@@ -10,7 +10,7 @@ use crate::identify::modal::candidates::OrderPoles;
 use crate::identify::modal::measured_frf::MeasuredFrf;
 use crate::identify::modal::plscf::{PlscfOptions, plscf};
 use crate::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Spectral lines of half a sub-band: a sub-band has thirty for each coefficient of the highest order.
 const HALF_BAND_LINES: usize = 1200;
@@ -108,7 +108,7 @@ pub fn plscf_by_sub_band(
             }
         }
     }
-    sort_rising(&mut modes, |a| a.mode.pole.norm());
+    sort_ascending(&mut modes, |a| a.mode.pole.norm());
     Ok((poles, modes))
 }
 

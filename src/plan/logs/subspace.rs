@@ -90,17 +90,17 @@ pub fn from_ssi(
 
 /// Says where two modes may be one, or one two.
 fn pair_warnings(pairs: &[UnresolvedPair], band_hz: (f64, f64)) -> Vec<Diagnostic> {
-    let inside = |p: &&UnresolvedPair| p.one_hz >= band_hz.0 && p.one_hz <= band_hz.1;
+    let inside = |p: &&UnresolvedPair| p.single_hz >= band_hz.0 && p.single_hz <= band_hz.1;
     let warning = |p: &UnresolvedPair| Diagnostic {
         code: "close-pair",
         message: format!(
             "{:.4} and {:.4} Hz at one sample rate are one mode, {:.4} Hz, at another, and {}",
-            p.two_hz.0.min(p.two_hz.1),
-            p.two_hz.0.max(p.two_hz.1),
-            p.one_hz,
-            match p.are_two {
-                true => "listed as two: they are further apart than they are uncertain",
-                false => "listed as one: the two are no further apart than they are uncertain",
+            p.pair_hz.0.min(p.pair_hz.1),
+            p.pair_hz.0.max(p.pair_hz.1),
+            p.single_hz,
+            match p.is_resolved {
+                true => "listed as two: their distance exceeds their uncertainty",
+                false => "listed as one: their distance is within their uncertainty",
             }
         ),
         hint: Some("take a longer record, or sensors where the two shapes differ".to_string()),
@@ -118,7 +118,7 @@ fn shared_peak_warnings(
         let (f, half_band_hz) = (mode.frequency_hz(), mode.mode.pole.re.abs() / TAU);
         let reach = shared_peaks::reach_hz(level, half_band_hz);
         let is_near = |other_hz: f64| (other_hz - f).abs() <= reach;
-        let is_known = pairs.iter().any(|p| is_near(p.one_hz))
+        let is_known = pairs.iter().any(|p| is_near(p.single_hz))
             || (modes.iter().enumerate()).any(|(o, m)| o != k && is_near(m.frequency_hz()));
         let ratio = shared_peaks::second_mode_ratio(level, f, half_band_hz)?;
         (!is_known).then(|| Diagnostic {
@@ -167,7 +167,7 @@ fn unexplained_peak_warnings(
     };
     let inside = warning(
         inside,
-        "the spectra peak there, and no mode is certain enough",
+        "the spectra peak there, but no mode is certain enough",
         "check the stable poles listed with their reasons (--json), take a longer record, or --method efdd",
     );
     let outside = warning(
@@ -176,7 +176,7 @@ fn unexplained_peak_warnings(
             "the spectra peak there, beyond the {:.4} to {:.4} Hz in which modes are sought",
             reach.0, reach.1
         ),
-        "take a longer record for lower, a faster one for higher modes, or --method efdd",
+        "take a longer record for lower, a higher rate for higher modes, or --method efdd",
     );
     inside.into_iter().chain(outside).collect()
 }

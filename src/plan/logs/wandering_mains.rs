@@ -35,7 +35,7 @@ pub fn label_mains(harmonics: &mut [IdentifiedHarmonic], evenly: &[HarmonicSerie
         evenly
             .iter()
             .filter(is_other)
-            .any(|s| s.holds(f, 2.0 * line_hz))
+            .any(|s| s.contains(f, 2.0 * line_hz))
     };
     for (harmonic, name) in harmonics.iter_mut().zip(names(&positions, 2.0 * line_hz)) {
         if name.is_some() && harmonic.order.is_none() && !is_shaft(harmonic.frequency_hz) {
@@ -53,7 +53,7 @@ pub fn mains_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> {
     (!all.is_empty()).then(|| Diagnostic {
         code: "mains",
         message: format!(
-            "on a multiple of the mains, and listed apart from the modes: {}",
+            "at a harmonic of the mains, listed apart from the modes: {}",
             all.join(", ")
         ),
         hint: Some(HINT.to_string()),

@@ -8,7 +8,7 @@ use crate::identify::modal::selection::SelectionRule;
 use crate::identify::modal::stabilisation::{PoleStability, StabilisationPole};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::statistics::Z_95;
 
 /// Maximum standard deviation of the frequency, as a share of the half-power half-bandwidth, and of the damping, relative.
@@ -108,7 +108,7 @@ pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Op
         ),
         (
             is_nonlinear,
-            "it departs from the linear model by more than 30 %: what is left is of the size of other modes",
+            "it departs from the linear model by more than 30 %: the residual is as large as other modes",
         ),
         (
             is_incoherent,
@@ -127,7 +127,7 @@ pub fn split_weak(
     for mode in &mut all {
         mode.weak = reason(mode);
     }
-    sort_rising(&mut all, |a| a.frequency_hz());
+    sort_ascending(&mut all, |a| a.frequency_hz());
     all.into_iter().partition(|m| is_joined || m.weak.is_none())
 }
 
@@ -149,7 +149,7 @@ pub fn columns(
     let mut stable: Vec<&StabilisationPole> = (poles.iter())
         .filter(|p| p.stability == PoleStability::Stable)
         .collect();
-    sort_rising(&mut stable, |a| a.frequency_hz);
+    sort_ascending(&mut stable, |a| a.frequency_hz);
     let is_same_column = |a: &&StabilisationPole, b: &&StabilisationPole| {
         b.frequency_hz - a.frequency_hz < COLUMN_TOLERANCE * b.frequency_hz
     };

@@ -12,11 +12,11 @@ use crate::recording::raw::{RawChannel, RawLog};
 use crate::recording::read_options::ReadOptions;
 use crate::scene::measured_gear::MeasuredChart;
 
-/// No reading of a gear is longer, m.
+/// Largest plausible reading, m.
 const MAX_READING_M: f64 = 1000.0;
 
-/// Names of a column that numbers the teeth.
-const TOOTH_NUMBERS: &[&str] = &[
+/// Names of a column of tooth numbers.
+const TOOTH_NUMBER_NAMES: &[&str] = &[
     "tooth",
     "tooth no",
     "tooth nr",
@@ -25,45 +25,45 @@ const TOOTH_NUMBERS: &[&str] = &[
     "齿号",
 ];
 
-/// Files already read, by path.
+/// Cache of the chart files read, by path.
 #[derive(Default)]
 pub struct ChartFiles(Vec<(std::path::PathBuf, RawLog)>);
 
-/// Scale from columns of angles to lengths.
+/// Conversion of columns of angles to lengths.
 pub struct AngleScale {
-    /// Metres a radian; `None` where angles have no place.
+    /// Radius, m, that multiplies an angle in rad; `None` if angles are not accepted.
     pub radius: Option<f64>,
 }
 
-/// A column: its name, its values in m, and whether they were angles.
+/// Column of a chart file, converted to lengths.
 pub struct ChartColumn {
-    /// As the file has it.
+    /// Name in the file.
     pub name: String,
-    /// Lengths, or angles times the lever.
+    /// Lengths, m, or angles times the radius, m.
     pub values: Vec<f64>,
-    /// The file states angles.
+    /// True if the file states angles.
     pub is_angle: bool,
 }
 
 impl ChartFiles {
-    /// The columns of a chart named for one side (0 neither, 1 left, 2 right).
+    /// Columns of a chart for one side (0 both, 1 left, 2 right).
     ///
     /// # Errors
-    /// The file cannot be read; a column is not there; a unit is missing or measures something else.
+    /// The file cannot be read; a column or its unit is missing; a unit has another dimension.
     pub fn columns_of_side(
         &mut self,
         chart: &MeasuredChart,
         side: usize,
-        lever: &AngleScale,
+        scale: &AngleScale,
     ) -> Result<Vec<ChartColumn>, Errors> {
         let names = &chart.columns[side];
         names
             .iter()
-            .map(|name| self.column(chart, name, chart.unit.as_deref(), lever))
+            .map(|name| self.column(chart, name, chart.unit.as_deref(), scale))
             .collect()
     }
 
-    /// One column of the file of a chart; `unit` where its name does not say it.
+    /// One column of the file of a chart; `unit` is its default unit.
     ///
     /// # Errors
     /// As for [`ChartFiles::columns_of_side`].
@@ -72,7 +72,7 @@ impl ChartFiles {
         chart: &MeasuredChart,
         name: &str,
         unit: Option<&str>,
-        lever: &AngleScale,
+        scale: &AngleScale,
     ) -> Result<ChartColumn, Errors> {
         let log = self
             .open(&chart.file)
@@ -80,38 +80,38 @@ impl ChartFiles {
         let channels: Vec<&RawChannel> = log.groups.iter().flat_map(|g| &g.channels).collect();
         let known: Vec<String> = channels.iter().map(|c| c.name.clone()).collect();
         let file = chart.file.display();
-        let Some(at) = crate::recording::channel_names::find_channel(name, &known) else {
+        let Some(index) = crate::recording::channel_names::find_channel(name, &known) else {
             let error = unknown_channel(name, &known);
             let message = format!("{file} has no column \"{}\"", quantity::truncate(name));
             return Err(Error { message, ..error }.with_span(&chart.span).into());
         };
-        let channel = channels[at];
+        let channel = channels[index];
         let mut values = vec![0.0; channel.samples.len()];
         channel.samples.read(0, &mut values)?;
-        // A column shorter than its neighbours ends in blanks.
+        // A column shorter than the others ends in blank cells.
         let end = values
             .iter()
             .rposition(|x| !x.is_nan())
             .map_or(0, |i| i + 1);
         values.truncate(end);
-        let written = match channel.unit.as_str() {
+        let unit_text = match channel.unit.as_str() {
             "" => unit.unwrap_or(""),
-            written => written,
+            unit_text => unit_text,
         };
-        let (factor, is_angle) = factor(written, lever).map_err(|why| {
-            why.with_span(&chart.span)
+        let (factor, is_angle) = unit_factor(unit_text, scale).map_err(|e| {
+            e.with_span(&chart.span)
                 .with_label(format!("column \"{}\" of {file}", channel.name))
         })?;
         values.iter_mut().for_each(|x| *x *= factor);
-        if let Some(at) = values
+        if let Some(index) = values
             .iter()
             .position(|x| x.is_finite() && x.abs() > MAX_READING_M)
         {
             let message = format!(
                 "reading {} of column \"{}\" is {:.1e} m",
-                at + 1,
+                index + 1,
                 channel.name,
-                values[at]
+                values[index]
             );
             return Err(Error::new(Code::OutOfRange, message)
                 .with_span(&chart.span)
@@ -125,7 +125,7 @@ impl ChartFiles {
         })
     }
 
-    /// The column that numbers the teeth of a chart's rows, where its file has one.
+    /// Tooth numbers of the rows of a chart; `None` if its file has no column of them.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -133,12 +133,12 @@ impl ChartFiles {
         let log = self
             .open(&chart.file)
             .map_err(|e| relocate_errors(e, chart))?;
-        let is_number = |c: &&RawChannel| {
-            let signs = |c: char| !c.is_alphanumeric();
-            let words: Vec<&str> = c.name.split(signs).filter(|w| !w.is_empty()).collect();
-            TOOTH_NUMBERS.contains(&words.join(" ").to_lowercase().as_str())
+        let is_named = |c: &&RawChannel| {
+            let non_word = |c: char| !c.is_alphanumeric();
+            let words: Vec<&str> = c.name.split(non_word).filter(|w| !w.is_empty()).collect();
+            TOOTH_NUMBER_NAMES.contains(&words.join(" ").to_lowercase().as_str())
         };
-        let Some(channel) = log.groups.iter().flat_map(|g| &g.channels).find(is_number) else {
+        let Some(channel) = log.groups.iter().flat_map(|g| &g.channels).find(is_named) else {
             return Ok(None);
         };
         let mut numbers = vec![0.0; channel.samples.len()];
@@ -147,10 +147,10 @@ impl ChartFiles {
     }
 
     fn open(&mut self, path: &Path) -> Result<&RawLog, Errors> {
-        let at = match self.0.iter().position(|(known, _)| known == path) {
-            Some(at) => at,
+        let index = match self.0.iter().position(|(known, _)| known == path) {
+            Some(index) => index,
             None => {
-                // A column of tooth numbers or places rises evenly as a clock does, and is none.
+                // A column of tooth numbers or positions rises uniformly but is not a time column.
                 let options = ReadOptions {
                     time_column: Some("none".to_string()),
                     ..ReadOptions::default()
@@ -160,40 +160,40 @@ impl ChartFiles {
                 self.0.len() - 1
             }
         };
-        Ok(&self.0[at].1)
+        Ok(&self.0[index].1)
     }
 }
 
-/// Errors of a file, which have no place there, pointing at the chart that names it.
+/// Errors of a file without a line, relocated to the chart that names the file.
 fn relocate_errors(errors: Errors, chart: &MeasuredChart) -> Errors {
-    let placed = errors.as_slice().iter().map(|error| match error.span {
-        Some(ref place) if !place.is_whole_file() => error.clone(),
+    let relocated = errors.as_slice().iter().map(|error| match error.span {
+        Some(ref span) if !span.is_whole_file() => error.clone(),
         _ => error.clone().with_span(&chart.span),
     });
-    Errors::into_result(placed.collect(), || ())
+    Errors::into_result(relocated.collect(), || ())
         .err()
         .unwrap_or(errors)
 }
 
-fn factor(unit: &str, lever: &AngleScale) -> Result<(f64, bool), Error> {
+fn unit_factor(unit: &str, scale: &AngleScale) -> Result<(f64, bool), Error> {
     const HINT: &str =
-        "write it behind the column's name, such as left [µm], or in the chart: unit = \"µm\"";
+        "write it after the column's name, such as left [µm], or in the chart: unit = \"µm\"";
     if unit.is_empty() {
         return Err(Error::new(Code::MissingUnit, "a column has no unit").with_hint(HINT));
     }
-    let wrong = |why: &str| {
+    let wrong_unit = |why: &str| {
         Error::new(
             Code::WrongUnit,
             format!("\"{}\" {why}", quantity::truncate(unit)),
         )
     };
     let (factor, dimension) = quantity::parse_unit(unit)
-        .ok_or_else(|| wrong("is not a unit known here").with_hint(HINT))?;
-    match lever.radius {
+        .ok_or_else(|| wrong_unit("is not a known unit").with_hint(HINT))?;
+    match scale.radius {
         _ if dimension == QuantityKind::Length.dimension() => Ok((factor, false)),
         Some(radius) if dimension == QuantityKind::Angle.dimension() => Ok((factor * radius, true)),
-        Some(_) => Err(wrong("measures neither a length nor an angle")),
-        None => Err(wrong("does not measure a length")
+        Some(_) => Err(wrong_unit("measures neither a length nor an angle")),
+        None => Err(wrong_unit("does not measure a length")
             .with_hint("readings of this kind are lengths, such as in µm or mm")),
     }
 }

@@ -1,4 +1,4 @@
-//! Comparison of values with tolerances: required grade, achieved grade of both ISO 1328 editions.
+//! Grading of measured values: limits of the required grade, achieved grades by both editions of ISO 1328.
 
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
@@ -7,10 +7,10 @@ use crate::gear::measurement::limits::{self, ToleranceLimit};
 use crate::numeric::statistics::Z_95;
 use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
 
-/// Flanks that a measured value belongs to.
+/// Flanks of a measured value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GradedFlanks {
-    /// Both, or neither in particular.
+    /// Both flanks, or a value without flank.
     Both,
     /// Left flanks.
     Left,
@@ -19,11 +19,11 @@ pub enum GradedFlanks {
 }
 
 impl GradedFlanks {
-    /// In the order files name columns.
+    /// All variants, in the order of the column lists of a chart.
     pub const ALL: [GradedFlanks; 3] =
         [GradedFlanks::Both, GradedFlanks::Left, GradedFlanks::Right];
 
-    /// The word for it; empty for both.
+    /// Name of the flank; empty for both.
     pub fn name(self) -> &'static str {
         match self {
             GradedFlanks::Both => "",
@@ -33,42 +33,42 @@ impl GradedFlanks {
     }
 }
 
-/// Grade achieved by a value.
+/// Accuracy grade achieved by a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AchievedGrade {
-    /// The finest grade that holds it.
+    /// Finest grade whose tolerance contains the value.
     Grade(u32),
-    /// Coarser than the coarsest there is.
+    /// Outside the coarsest grade, which is given.
     Beyond(u32),
 }
 
-/// Graded value with its quantity, flank, place and grades.
+/// Measured value with its limits and grades.
 #[derive(Debug, Clone)]
 pub struct GradedValue {
     /// Quantity of the value.
     pub quantity: GearDeviation,
     /// Flanks of the value.
     pub side: GradedFlanks,
-    /// Place, or method, of the value: `pitches 7 to 13`.
+    /// Location or method of the value, such as `pitches 7 to 13`.
     pub location: String,
-    /// The value, m; angles were turned into lengths.
+    /// Value with its standard deviation, m; angles are converted to lengths.
     pub estimate: Estimate,
-    /// Computed from other charts, not measured.
+    /// True if the value is computed from other charts, not measured.
     pub predicted: bool,
     /// Required grade.
     pub required_grade: Option<u32>,
-    /// Lowest and highest value allowed, m.
+    /// Lower and upper limit, m.
     pub limits: Option<(f64, f64)>,
-    /// By the editions of ISO 1328, in the order of [`Edition::ALL`]; `None` where one has no formula for it or for this gear.
+    /// Grades by the editions of ISO 1328, in the order of [`Edition::ALL`]; `None` without a formula for the quantity or the gear.
     pub achieved: [Option<AchievedGrade>; 2],
-    /// By the table of limits.
-    pub reached_by_table: Option<AchievedGrade>,
-    /// It sets the grade of the gear.
+    /// Grade by the table of limits.
+    pub table_grade: Option<AchievedGrade>,
+    /// True if the value determines the grade of the gear.
     pub limiting: bool,
 }
 
 impl GradedValue {
-    /// Within its limits; `None` where it has none.
+    /// True if the value is within its limits; `None` without limits.
     pub fn is_within_limits(&self) -> Option<bool> {
         let (low, high) = self.limits?;
         let value = self.estimate.value;
@@ -78,19 +78,19 @@ impl GradedValue {
         })
     }
 
-    /// The uncertainty reaches across a limit.
+    /// True if the 95 % interval of the value contains a limit.
     pub fn is_inconclusive(&self) -> bool {
         let (Some((low, high)), Some(std)) = (self.limits, self.estimate.std) else {
             return false;
         };
-        let off = (self.estimate.value - low)
+        let margin = (self.estimate.value - low)
             .abs()
             .min((high - self.estimate.value).abs());
-        off < Z_95 * std
+        margin < Z_95 * std
     }
 }
 
-/// Limits that rows are graded against.
+/// Gear size and requirements by which values are graded.
 pub struct Grader {
     size: GearSize,
     requirement: Option<AccuracyRequirement>,
@@ -99,14 +99,14 @@ pub struct Grader {
 }
 
 impl Grader {
-    /// For a gear and the limits of its table file, where it has one.
+    /// Grader of a gear with the limits of its table file; `table` is empty without one.
     pub fn new(gear: &MeasuredGear, table: Vec<ToleranceLimit>) -> Grader {
         Grader {
             size: GearSize {
                 teeth: gear.gear.teeth,
                 module: gear.gear.module,
                 diameter: gear.gear.reference_diameter(),
-                // Without a face width, no helix can be graded.
+                // NaN leaves helix deviations ungraded.
                 face_width: gear.face_width.unwrap_or(f64::NAN),
                 helix: gear.gear.helix,
                 contact_ratio: gear.contact_ratio,
@@ -118,15 +118,15 @@ impl Grader {
         }
     }
 
-    /// A value as a row.
+    /// Grades a value.
     pub fn grade(
         &self,
         quantity: GearDeviation,
         side: GradedFlanks,
-        found: String,
+        location: String,
         estimate: Estimate,
     ) -> GradedValue {
-        let asked = self
+        let required = self
             .requirement
             .as_ref()
             .filter(|_| quantity != GearDeviation::Thickness)
@@ -134,14 +134,14 @@ impl Grader {
         let symmetric = |limit: f64| (-limit, limit);
         let limits = match quantity {
             GearDeviation::Thickness => self.thickness.map(|[low, high]| (low, high)),
-            _ => asked
+            _ => required
                 .and_then(|grade| self.limit(quantity, grade))
                 .map(symmetric),
         };
-        let by = |edition: Edition| {
+        let by_edition = |edition: Edition| {
             let grades = edition.grades(quantity);
             let coarsest = *grades.end();
-            // Where the coarsest has a tolerance, all have.
+            // A tolerance of the coarsest grade implies tolerances of all grades.
             edition.tolerance(quantity, &self.size, coarsest)?;
             let grade = edition.grade_of(quantity, &self.size, estimate.value);
             Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
@@ -149,36 +149,36 @@ impl Grader {
         GradedValue {
             quantity,
             side,
-            location: found,
+            location,
             estimate,
             predicted: false,
-            required_grade: limits.and(asked),
+            required_grade: limits.and(required),
             limits,
-            achieved: Edition::ALL.map(by),
-            reached_by_table: self.reached_by_table(quantity, estimate.value),
+            achieved: Edition::ALL.map(by_edition),
+            table_grade: self.table_grade(quantity, estimate.value),
             limiting: false,
         }
     }
 
-    /// A value that was not measured: graded, but nothing is refused by it.
+    /// Grades a predicted value: without required grade and limits.
     pub fn grade_predicted(
         &self,
         quantity: GearDeviation,
         side: GradedFlanks,
-        found: &str,
+        location: &str,
         estimate: Estimate,
     ) -> GradedValue {
         GradedValue {
             predicted: true,
             required_grade: None,
             limits: None,
-            ..self.grade(quantity, side, found.to_string(), estimate)
+            ..self.grade(quantity, side, location.to_string(), estimate)
         }
     }
 
     fn sizes(&self) -> [f64; 3] {
         let width = match self.size.face_width.is_nan() {
-            // Any width the table has no border for.
+            // The widest class of the table.
             true => f64::MAX,
             false => self.size.face_width,
         };
@@ -192,7 +192,7 @@ impl Grader {
         }
     }
 
-    fn reached_by_table(&self, quantity: GearDeviation, value: f64) -> Option<AchievedGrade> {
+    fn table_grade(&self, quantity: GearDeviation, value: f64) -> Option<AchievedGrade> {
         let coarsest = (0..=12)
             .rev()
             .find(|&g| limits::find_limit(&self.table, quantity, g, self.sizes()).is_some())?;
@@ -200,52 +200,52 @@ impl Grader {
         Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
     }
 
-    /// Grade of a row by the required standard: the table, the requested edition, else the newer one.
+    /// Grade of a row by the required standard: the table, the requested edition, by default the 2013 edition.
     fn required_achieved(&self, row: &GradedValue) -> Option<AchievedGrade> {
         match self
             .requirement
             .as_ref()
             .map(|requirement| requirement.edition)
         {
-            Some(None) => row.reached_by_table,
+            Some(None) => row.table_grade,
             Some(Some(Edition::Y1995)) => row.achieved[0],
             Some(Some(Edition::Y2013)) | None => row.achieved[1],
         }
     }
 
-    /// Marks the measured row that is worst against the required grade of its group; the first of equals.
+    /// Marks the measured row that exceeds the required grade of its group most; the first of equal rows.
     pub fn mark_limiting(&self, rows: &mut [GradedValue]) {
         let grade = |row: &GradedValue| match self.required_achieved(row)? {
             AchievedGrade::Grade(grade) => Some(f64::from(grade)),
-            // Beyond the coarsest there is no next one.
+            // One grade coarser than the coarsest.
             AchievedGrade::Beyond(coarsest) => Some(f64::from(coarsest) + 1.0),
         };
-        let worse = |row: &GradedValue| {
-            let asked = self.requirement.as_ref();
-            let asked = asked.map_or(0, |requirement| {
+        let excess = |row: &GradedValue| {
+            let required = self.requirement.as_ref();
+            let required = required.map_or(0, |requirement| {
                 requirement.accuracy.grade(row.quantity.group())
             });
-            Some(grade(row)? - f64::from(asked))
+            Some(grade(row)? - f64::from(required))
         };
         let mut worst: Option<(usize, f64)> = None;
-        for (at, row) in rows.iter().enumerate().filter(|(_, row)| !row.predicted) {
-            if let Some(by) = worse(row)
-                && worst.is_none_or(|(_, most)| by > most)
+        for (index, row) in rows.iter().enumerate().filter(|(_, row)| !row.predicted) {
+            if let Some(grades) = excess(row)
+                && worst.is_none_or(|(_, largest)| grades > largest)
             {
-                worst = Some((at, by));
+                worst = Some((index, grades));
             }
         }
-        if let Some((at, _)) = worst {
-            rows[at].limiting = true;
+        if let Some((index, _)) = worst {
+            rows[index].limiting = true;
         }
     }
 
-    /// Ratio of the finest grade's limit to a total deviation, m, where no gear is made so well; infinite for zero.
-    pub fn below_all_gears(&self, quantity: GearDeviation, value: f64) -> Option<f64> {
+    /// Ratio of the tolerance of the finest grade to a total deviation, m, if this is implausibly small; infinite for zero.
+    pub fn implausible_ratio(&self, quantity: GearDeviation, value: f64) -> Option<f64> {
         use GearDeviation::*;
-        /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
-        /// thousand times too small lie below it, those of a master gear do not.
-        const SMALLEST: f64 = 0.1;
+        /// Smallest plausible deviation, relative to the tolerance of the finest grade (0 of 1995, 1 of 2013): above readings in a unit
+        /// a thousand times too small, below those of a master gear.
+        const MIN_SHARE: f64 = 0.1;
         let totals = [
             CumulativePitch,
             ProfileTotal,
@@ -262,16 +262,16 @@ impl Grader {
             edition.unrounded_tolerance(quantity, &self.size, grade)
         };
         let finest = Edition::ALL.iter().find_map(finest)?;
-        (value < SMALLEST * finest).then_some(finest / value)
+        (value < MIN_SHARE * finest).then_some(finest / value)
     }
 
-    /// Reason why a quantity graded by the requested edition has no limit here.
+    /// Reason why a quantity graded by the requested edition has no limit for this gear.
     pub fn reason_without_limit(&self, quantity: GearDeviation) -> Option<String> {
         let edition = self.requirement.as_ref()?.edition?;
-        let graded =
+        let tolerance =
             edition.unrounded_tolerance(quantity, &self.size, *edition.grades(quantity).end());
-        // Without a size in the formula it comes out as no number.
-        graded?;
+        // The tolerance is NaN if a size of the formula is missing.
+        tolerance?;
         edition.out_of_scope(quantity, &self.size)
     }
 }

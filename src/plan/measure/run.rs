@@ -144,7 +144,7 @@ fn warnings(grader: &Grader, rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<D
         }
     };
     for (quantity, side, total) in totals(rows, plots) {
-        let Some(times) = grader.below_all_gears(quantity, total) else {
+        let Some(times) = grader.implausible_ratio(quantity, total) else {
             continue;
         };
         let what = match quantity {
@@ -161,14 +161,14 @@ fn warnings(grader: &Grader, rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<D
         let (message, hint) = match times.is_finite() {
             true => (
                 format!(
-                    "{of_side}{what} {:.3} µm, {times:.0} times less than the finest grade allows",
+                    "{of_side}{what} {:.3} µm, {times:.0} times smaller than the finest grade allows",
                     1e6 * total
                 ),
                 "check the unit of the readings: mm written as µm are a thousand times too small",
             ),
             false => (
                 format!("{of_side}{what} 0 µm: the readings do not differ"),
-                "check the column: a gear without any deviation is not made",
+                "check the column: every real gear has deviations",
             ),
         };
         add("readings-small", message, hint);
@@ -179,7 +179,7 @@ fn warnings(grader: &Grader, rows: &[GradedValue], plots: &[ChartPlot]) -> Vec<D
             add(
                 "outside-standard",
                 message,
-                "the formulas are not extended beyond the range the standard states",
+                "the formulas are not extrapolated beyond the range of the standard",
             );
         }
         if row.is_inconclusive() {

@@ -1,4 +1,4 @@
-//! Single-flank record predicted from pitch and profile, and pitch from a measured record.
+//! Single-flank record predicted from pitch and profile charts, and pitch deviations from a measured single-flank record.
 
 use super::charts::{ChartEvaluation, ChartPlot};
 use super::grading::GradedFlanks;
@@ -10,13 +10,13 @@ use crate::gear::measurement::unloaded_te::{self, FlankDeviations};
 use crate::scene::measured_gear::{ChartKind, MeasuredChart};
 use crate::te_record::single_flank::SingleFlankRecord;
 
-/// Samples of a predicted record in a pitch.
-const PER_PITCH: usize = 100;
+/// Samples per pitch of a predicted record.
+const SAMPLES_PER_PITCH: usize = 100;
 
-/// Why no record is predicted, where none is.
+/// Adds the single-flank records predicted from the pitch and profile charts of each side.
 ///
 /// # Errors
-/// The reason.
+/// Reason why no record is predicted.
 pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), String> {
     let gear = &evaluation.gear.gear;
     if gear.helix != 0.0 {
@@ -27,18 +27,18 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
     }
     let (base_pitch, cosine) = (gear.base_pitch(), gear.transverse_pressure_angle().cos());
     let mut records = Vec::new();
-    let mut why = None;
+    let mut reason = None;
     for side in [GradedFlanks::Left, GradedFlanks::Right] {
-        let Some((pitches, profile)) = charts_of(&evaluation.results.plots, side) else {
+        let Some((pitches, profile)) = pitch_and_profile(&evaluation.results.plots, side) else {
             continue;
         };
         match single_flank_record(side, gear.internal, pitches, &profile, base_pitch, cosine) {
             Ok(record) => records.push((side, record)),
-            Err(error) => why = Some(error.message),
+            Err(error) => reason = Some(error.message),
         }
     }
     if records.is_empty() {
-        return Err(why.unwrap_or("needs pitch and profile charts of one side".into()));
+        return Err(reason.unwrap_or("needs pitch and profile charts of one side".into()));
     }
     let teeth = gear.teeth as usize;
     for (side, values) in records {
@@ -55,10 +55,10 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
             (GearDeviation::SingleFlankShort, split.short_ranges.sliding),
         ] {
             let estimate = Estimate { value, std: None };
-            let found = "expected from pitch and profile";
+            let location = "expected from pitch and profile";
             let row = evaluation
                 .grader
-                .grade_predicted(quantity, side, found, estimate);
+                .grade_predicted(quantity, side, location, estimate);
             evaluation.results.rows.push(row);
         }
         evaluation.results.plots.push(ChartPlot::Record {
@@ -73,21 +73,21 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
     Ok(())
 }
 
-/// Profiles of one side, over the range that rolls with a mate.
+/// Profile traces of one side over the active length of roll.
 struct ProfileTraces {
     along: Vec<f64>,
     traces: Vec<Vec<f64>>,
 }
 
-fn charts_of(
+fn pitch_and_profile(
     plots: &[ChartPlot],
-    wanted: GradedFlanks,
+    flanks: GradedFlanks,
 ) -> Option<(&PitchDeviations, ProfileTraces)> {
-    let pitches = plots.iter().find_map(|d| match d {
-        ChartPlot::Pitch { side, pitches } if *side == wanted => Some(pitches),
+    let pitches = plots.iter().find_map(|plot| match plot {
+        ChartPlot::Pitch { side, pitches } if *side == flanks => Some(pitches),
         _ => None,
     })?;
-    let profiles = plots.iter().find_map(|d| match d {
+    let profiles = plots.iter().find_map(|plot| match plot {
         ChartPlot::Traces {
             side,
             is_profile: true,
@@ -95,15 +95,15 @@ fn charts_of(
             active: (from, to),
             traces,
             ..
-        } if *side == wanted => {
-            // A border meant to be on a point may miss it by rounding.
+        } if *side == flanks => {
+            // A limit on a point may deviate from it by rounding.
             let slack = 1e-9 * (to - from);
             let first = along.partition_point(|&x| x < from - slack);
             let end = along.partition_point(|&x| x <= to + slack);
-            let part = |values: &[f64]| values[first..end].to_vec();
+            let crop = |values: &[f64]| values[first..end].to_vec();
             Some(ProfileTraces {
-                along: part(along),
-                traces: traces.iter().map(|t| part(&t.1)).collect(),
+                along: crop(along),
+                traces: traces.iter().map(|t| crop(&t.1)).collect(),
             })
         }
         _ => None,
@@ -111,9 +111,8 @@ fn charts_of(
     Some((pitches, profiles))
 }
 
-/// The record along the reference circle. Right flanks come into mesh, the length of roll rising, in falling order. A flank that stands
-/// further on is surplus on a right flank and want on a left one; of an internal gear, whose right flanks face the other way, it is
-/// the other way round.
+/// Single-flank record along the reference circle, m. Right flanks mesh in descending order of their teeth. A flank that is ahead of its
+/// position has excess metal on a right flank and lacks metal on a left one; the signs are reversed for an internal gear.
 fn single_flank_record(
     side: GradedFlanks,
     internal: bool,
@@ -126,40 +125,40 @@ fn single_flank_record(
     let ProfileTraces { along, traces } = profile;
     let mut profiles = match traces.len() == teeth {
         true => traces.clone(),
-        // Of the teeth that were measured, for all.
+        // The mean profile of the measured teeth replaces those of all teeth.
         false => {
             let mean = |i: usize| traces.iter().map(|t| t[i]).sum::<f64>() / traces.len() as f64;
             vec![(0..along.len()).map(mean).collect()]
         }
     };
-    let mut places: Vec<f64> = pitches.flank_positions();
+    let mut positions: Vec<f64> = pitches.flank_positions();
     let is_right = side == GradedFlanks::Right;
     if is_right {
-        places.reverse();
+        positions.reverse();
         profiles.reverse();
     }
     if is_right == internal {
-        places.iter_mut().for_each(|x| *x = -*x);
+        positions.iter_mut().for_each(|x| *x = -*x);
     }
-    places.iter_mut().for_each(|x| *x *= cosine);
+    positions.iter_mut().for_each(|x| *x *= cosine);
     let flanks = FlankDeviations {
-        pitch_surplus: &places,
-        along,
+        pitch_surplus: &positions,
+        roll: along,
         profiles: &profiles,
     };
-    let record = unloaded_te::te_against_master(&flanks, base_pitch, PER_PITCH)?;
+    let record = unloaded_te::te_against_master(&flanks, base_pitch, SAMPLES_PER_PITCH)?;
     Ok(record.into_iter().map(|e| e / cosine).collect())
 }
 
 /// Pitch deviations from measured single-flank records that state when tooth 1 comes into contact.
 ///
 /// # Errors
-/// Why nothing can be told.
+/// Reason why no pitch deviations are determined.
 pub fn pitch_from_single_flank(
     evaluation: &mut ChartEvaluation,
     charts: &[MeasuredChart],
 ) -> Result<(), String> {
-    let told = |chart: &MeasuredChart| match chart.kind {
+    let first_contact = |chart: &MeasuredChart| match chart.kind {
         ChartKind::SingleFlank {
             turns: 1,
             first_contact: Some(angle),
@@ -167,18 +166,18 @@ pub fn pitch_from_single_flank(
         } => Some((angle, chart.std)),
         _ => None,
     };
-    let Some((angle, std)) = charts.iter().find_map(told) else {
+    let Some((angle, std)) = charts.iter().find_map(first_contact) else {
         return Err("needs a single-flank chart of one turn with `first_contact`".into());
     };
-    let Some(overlap) = evaluation.gear.contact_ratio else {
+    let Some(contact_ratio) = evaluation.gear.contact_ratio else {
         return Err("needs `contact_ratio`, to know where one pair alone touches".into());
     };
     let gear = &evaluation.gear.gear;
     if gear.helix != 0.0 {
-        return Err("a helical gear touches along slanting lines".into());
+        return Err("a helical gear has inclined contact lines".into());
     }
     let teeth = gear.teeth as usize;
-    let mut found = Vec::new();
+    let mut deviations = Vec::new();
     for plots in &evaluation.results.plots {
         if let ChartPlot::Record {
             side,
@@ -189,16 +188,16 @@ pub fn pitch_from_single_flank(
         } = plots
         {
             let record = align_to_contact(values, angle, teeth);
-            let parts = unloaded_te::separate_pitch_and_profile(&record, teeth, overlap, std)
+            let parts = unloaded_te::separate_pitch_and_profile(&record, teeth, contact_ratio, std)
                 .map_err(|e| e.message)?;
-            let places: Vec<f64> = parts.places.iter().map(|p| p.value).collect();
-            let one = parts.places.first().and_then(|p| p.std);
-            let pitches = PitchDeviations::new(&places, PitchMethod::Index, teeth, one)
+            let positions: Vec<f64> = parts.pitch_surplus.iter().map(|p| p.value).collect();
+            let std_of_first = parts.pitch_surplus.first().and_then(|p| p.std);
+            let pitches = PitchDeviations::new(&positions, PitchMethod::Index, teeth, std_of_first)
                 .map_err(|e| e.message)?;
-            found.push((*side, pitches, parts.rest));
+            deviations.push((*side, pitches, parts.max_residual));
         }
     }
-    for (side, pitches, rest) in found {
+    for (side, pitches, rest) in deviations {
         let how = "from the single-flank record";
         for (quantity, value) in [
             (GearDeviation::SinglePitch, pitches.single_pitch().estimate),
@@ -223,16 +222,16 @@ pub fn pitch_from_single_flank(
     Ok(())
 }
 
-/// A record over one turn, begun at an angle and with the same whole number of samples in every pitch; straight between samples.
+/// Record over one revolution, resampled linearly from an angle on, rad, with the same integer number of samples in every pitch.
 fn align_to_contact(values: &[f64], angle: f64, teeth: usize) -> Vec<f64> {
     let n = values.len();
     let per_pitch = (n / teeth).max(2);
     let first = angle.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * n as f64;
     let sample = |i: usize| {
         let at = first + i as f64 * n as f64 / (per_pitch * teeth) as f64;
-        let (whole, part) = (at.floor() as usize, at - at.floor());
-        let (a, b) = (values[whole % n], values[(whole + 1) % n]);
-        a + part * (b - a)
+        let (index, fraction) = (at.floor() as usize, at - at.floor());
+        let (a, b) = (values[index % n], values[(index + 1) % n]);
+        a + fraction * (b - a)
     };
     (0..per_pitch * teeth).map(sample).collect()
 }

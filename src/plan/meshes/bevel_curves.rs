@@ -1,7 +1,7 @@
-//! Curves of a loaded bevel mesh along the normal of its reference contact: `e = r₂ te`, `k = K/r₂²`, r₂ the lever about the gear's axis.
+//! Curves of a loaded bevel mesh along the normal of its reference contact: `e = r₂ te`, `k = K/r₂²` with the lever r₂ about the gear axis.
 //!
-//! The mesh is one spring: with play it closes where its leading pair touches, and the coast flanks have the stiffness of the drive flanks
-//! and no error. Where the file has a range of torques, its load over deflection goes through the range and the torque of the
+//! The mesh is one spring. With backlash it closes at the contact of its leading pair, and the coast flanks have the stiffness of the
+//! drive flanks and no error. If the file states a range of torques, the load–deflection table contains the range and the torque of the
 //! mesh.
 
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::curves::{InterpolationError, MeshCurves, mean, scaled};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::load::load_table::LoadTable;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear::bevel::hand_name;
 use crate::plan::gear::bevel_member;
@@ -20,16 +20,16 @@ use crate::scene::bevel_mesh::BevelMesh;
 use crate::scene::laws::Waveform;
 use crate::scene::model::{MeshFlanks, MeshSprings, StiffnessVariation};
 
-/// Torques of the range closer than this, relative, to that of the mesh give way to it: the table has no piece so short.
+/// Relative distance below which a torque of the range is replaced by the torque of the mesh: the table has no shorter interval.
 const SAME_TORQUE: f64 = 0.01;
 
-/// The mesh at the size of a torque of the pinion, N·m, that is above zero or `is_coast`.
+/// Curves of the mesh at a pinion torque of absolute value `torque`, N·m; `is_coast` if the pinion torque is negative.
 ///
 /// # Errors
-/// A torque that the flanks of the file do not carry; as [`LoadedPair::mesh`].
+/// The flanks of the file do not carry the torque; errors of [`LoadedPair::mesh`].
 pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurves, Error> {
     if mesh.is_backward != is_coast {
-        return Err(other_flanks(mesh));
+        return Err(flank_error(mesh));
     }
     let file = &mesh.bevel;
     let teeth = [0, 1].map(|k| bevel_member::tooth(file, k));
@@ -44,8 +44,8 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
     let te = scaled(&cycle.of(|p| p.te), lever);
     let secant = scaled(&cycle.of(|p| p.secant), to_newton_per_metre);
     let stiffness = mean(&scaled(&cycle.of(|p| p.tangent), to_newton_per_metre));
-    let given_way = torque / mesh.levers[0] / stiffness;
-    let table = LoadTable::of(&result.mesh).map(|table| {
+    let deflection = torque / mesh.levers[0] / stiffness;
+    let springs = LoadTable::of(&result.mesh).map(|table| {
         MeshSprings::LoadTable(Arc::new(table.scaled((lever * stiffness).recip(), lever)))
     });
     Ok(MeshCurves {
@@ -56,10 +56,10 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
         },
         flanks: MeshFlanks {
             unloaded_te: Waveform::Table(scaled(&result.mesh.unloaded_te, lever)),
-            averaged_te: Waveform::Table(te.iter().map(|e| e + given_way).collect()),
+            averaged_te: Waveform::Table(te.iter().map(|e| e + deflection).collect()),
             phase: 0.0,
             is_coast,
-            springs: table,
+            springs,
         },
         peak_to_peak: peak_to_peak(&te),
         interpolation: InterpolationError::of(&te, &secant),
@@ -67,10 +67,10 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
     })
 }
 
-/// The error of mean loads that press the other flanks than those of the file.
-fn other_flanks(mesh: &BevelMesh) -> Error {
-    let here = mesh.bevel.contact.side;
-    let other = match here {
+/// Error for mean loads carried by the flanks that the file does not describe.
+fn flank_error(mesh: &BevelMesh) -> Error {
+    let side = mesh.bevel.contact.side;
+    let other = match side {
         ContactSide::Drive => ContactSide::Coast,
         ContactSide::Coast => ContactSide::Drive,
     };
@@ -80,25 +80,25 @@ fn other_flanks(mesh: &BevelMesh) -> Error {
         false => ["above", "below"],
     };
     let message = format!(
-        "the mean loads put a torque {pressed} zero on the {hand}-hand pinion, which its {} flanks carry; the file describes the contact of its {} flanks, which carry a torque {carried} zero",
+        "the mean torque on the {hand}-hand pinion is {pressed} zero and loads its {} flanks; the file describes the contact of its {} flanks, which take a torque {carried} zero",
         other.name(),
-        here.name()
+        side.name()
     );
     Error::new(Code::Conflict, message).with_hint(format!(
-        "turn loads and speeds round, or set `side = \"{}\"` in [contact] of the gear file",
+        "reverse loads and speeds, or set `side = \"{}\"` in [contact] of the gear file",
         other.name()
     ))
 }
 
-/// The torque of the mesh and, where the file has several, as many from the first to the last, rising: in equal ratios, since the stiffness
-/// varies most where the first teeth begin to carry.
-fn table_torques(of_file: &[f64], torque: f64) -> Vec<f64> {
-    let mut all = vec![torque];
-    if let [first, .., last] = of_file {
-        let step = (last / first).ln() / (of_file.len() - 1) as f64;
-        let geometric = (0..of_file.len()).map(|k| first * (step * k as f64).exp());
-        all.extend(geometric.filter(|t| (t / torque - 1.0).abs() > SAME_TORQUE));
+/// Torques of the load table, N·m, ascending: the torque of the mesh and, if the file states several, as many from the first to the last
+/// in a geometric sequence, since the stiffness varies most at small loads.
+fn table_torques(file_torques: &[f64], torque: f64) -> Vec<f64> {
+    let mut torques = vec![torque];
+    if let [first, .., last] = file_torques {
+        let step = (last / first).ln() / (file_torques.len() - 1) as f64;
+        let geometric = (0..file_torques.len()).map(|k| first * (step * k as f64).exp());
+        torques.extend(geometric.filter(|t| (t / torque - 1.0).abs() > SAME_TORQUE));
     }
-    sort_rising(&mut all, |t| *t);
-    all
+    sort_ascending(&mut torques, |t| *t);
+    torques
 }

@@ -35,7 +35,7 @@ pub fn loaded_row(mesh: &PairMesh, torque: f64, curves: &MeshCurves) -> String {
             load_table_text(table, curves.stiffness * mesh.lever())
         }
         (None, PairMesh::Bevel(_)) => "one spring for all tooth pairs".into(),
-        (None, _) => "no tooth pairs one by one, since there is no play".into(),
+        (None, _) => "no separate tooth pairs, because there is no play".into(),
     };
     let InterpolationError {
         positions,

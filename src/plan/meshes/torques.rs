@@ -32,7 +32,7 @@ pub fn static_forces(model: &Model) -> Result<(Machine, MeanForces), Error> {
     };
     let forces = mean_forces(&machine, &kinematics, &held)?;
     if motors.len() > 1 && forces.accelerates {
-        let message = "the mean loads do not balance, and how several motors share the rest is not known: the torques of the meshes do not follow";
+        let message = "the mean loads do not balance, and the shares of several motors are not known: the mesh torques are undetermined";
         return Err(
             Error::new(Code::Conflict, message).with_hint("state loads that balance, or one motor")
         );

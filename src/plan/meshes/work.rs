@@ -33,7 +33,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Effects that a cut pair leaves out.
 pub const LEFT_OUT: &[&str] = &[
-    "deflection of the generator under the cut, and regeneration",
+    "deflection of the generator under cutting forces, and regeneration",
     "thermal growth",
     "differences from tooth to tooth (`te --index`)",
 ];
@@ -142,7 +142,7 @@ impl WorkResult {
         let path = &cut.source.path;
         let scene = scene::read(Path::new(path)).map_err(|errors| {
             let first = errors.as_slice().first().cloned();
-            let none = || Error::new(Code::EmptyMachine, format!("{path} holds no machine"));
+            let none = || Error::new(Code::EmptyMachine, format!("{path} has no machine"));
             in_generator(first.unwrap_or_else(none))
         })?;
         let model = &scene.model;
@@ -159,7 +159,7 @@ impl WorkResult {
         }
         if !model.gear_meshes().is_empty() {
             let message = format!("gears of the generator {path} name gear files");
-            let hint = "state their errors as [[error]]: only these are followed to the work";
+            let hint = "state their errors as [[error]]: only these are transmitted to the work";
             return Err(refused(message, hint));
         }
         let machine = build(model).map_err(in_generator)?;
@@ -171,8 +171,8 @@ impl WorkResult {
         };
         let chain = TransmissionChain::new(&machine, &operating, ends).map_err(in_generator)?;
         if !chain.loop_conditions.is_empty() {
-            let message = format!("the chain of {path} has loops, which its joints share out");
-            return Err(refused(message, "cut on a generator whose chain is open"));
+            let message = format!("the chain of {path} has closed loops");
+            return Err(refused(message, "use a generator with an open chain"));
         }
         let lines = order_lines::order_lines(&machine, &operating, &chain);
         let lines: Vec<(&OrderLine, Complex)> =
@@ -221,7 +221,7 @@ fn dof(machine: &Machine, name: &Name) -> Result<usize, Error> {
     machine.dof(&name.text).ok_or_else(|| {
         Error::new(Code::UnknownNode, format!("no node `{}`", name.text))
             .with_span(&name.span)
-            .with_hint("[work] names the nodes that are `cradle`, `work` and `cutter`")
+            .with_hint("name in [work] the nodes `cradle`, `work` and `cutter`")
     })
 }
 
@@ -240,11 +240,11 @@ fn cradle_per_turn(
     let refused = |message: String| {
         Err(Error::new(Code::Conflict, message)
             .with_span(&cutter.span)
-            .with_hint("name the node of the cutter head, or leave `cutter` out"))
+            .with_hint("name the node of the cutter head, or omit `cutter`"))
     };
     let name = &cutter.text;
     match feed.map(|(cradle, cutter)| TAU * (cradle / cutter).abs()) {
-        None => refused(format!("`{name}` does not follow the chain")),
+        None => refused(format!("`{name}` is not driven by the chain")),
         Some(feed) if feed > LARGEST_FEED => refused(format!(
             "the cradle turns by {feed:.3} rad in a turn of `{name}` (limit {LARGEST_FEED} rad)"
         )),
@@ -260,7 +260,7 @@ fn ratio_of_settings(work: &GeneratorWork) -> Result<f64, Error> {
     let roll = cut.and_then(|cut| cut.settings.roll);
     let none = || {
         let message = format!(
-            "the touching flank of the {} does not roll",
+            "the touching flank of the {} is not generated",
             MEMBERS[work.member]
         );
         Error::new(Code::Conflict, message)
@@ -292,5 +292,5 @@ pub fn check_ratio(work: &GeneratorWork, chain: &TransmissionChain) -> Result<f6
     );
     Err(Error::new(Code::ContradictoryRatios, message)
         .with_span(&work.span)
-        .with_hint("put in the roll and index change gears of these settings, or name the gear file that belongs to this set-up"))
+        .with_hint("use the roll and index change gears of these settings, or name the gear file of this set-up"))
 }

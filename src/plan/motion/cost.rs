@@ -15,81 +15,81 @@ use crate::motion::problem::{OdeProblem, StepSize};
 use crate::motion::progress::rounded;
 use crate::scene::study::SimulateStudy;
 
-/// Numbers that a history may hold.
+/// Maximum number of values of a history.
 const MAX_HISTORY_VALUES: f64 = MAX_BYTES / 8.0;
 
-/// Cost model of the steps of a scene.
+/// Cost model of the time steps of a simulation.
 pub struct CostModel<'s> {
-    until: f64,
+    end_time: f64,
     coordinates: usize,
-    /// Seconds of one evaluation of f.
-    evaluation: f64,
+    /// Time of one evaluation of the right-hand side, s.
+    evaluation_s: f64,
     fastest: Option<FastestMode<'s>>,
 }
 
-/// A run costs at least this.
+/// Lower bound of the cost of a run.
 pub struct CostBound<'s> {
-    /// Steps at least; 0 where nothing bounds them.
+    /// Minimum number of steps; 0 without a bound.
     pub steps: f64,
-    /// Seconds.
+    /// Minimum run time, s.
     pub seconds: f64,
-    /// Fastest mode, which bounds the steps; absent where the study gives them.
+    /// Fastest mode, which bounds the step size; `None` if the study states the step.
     pub bound: Option<FastestMode<'s>>,
-    /// Cost of the matrices, where these cost more than the steps.
+    /// Cost of the matrices, if it exceeds that of the steps or the memory limit.
     pub matrices: Option<DenseCost>,
 }
 
 impl<'s> CostModel<'s> {
-    /// Times an evaluation of f, in a millisecond.
+    /// Measures the time of an evaluation of the right-hand side, within a millisecond.
     pub fn new(scene: &'s SimulationSetup) -> CostModel<'s> {
         let model = &scene.model.model;
         let mut slope = vec![0.0; model.len()];
-        let begin = Instant::now();
-        let mut least = f64::INFINITY;
-        while begin.elapsed().as_secs_f64() < 1e-3 {
+        let first_start = Instant::now();
+        let mut shortest = f64::INFINITY;
+        while first_start.elapsed().as_secs_f64() < 1e-3 {
             const TIMED_EVALUATIONS: u32 = 16;
-            let some = Instant::now();
+            let start = Instant::now();
             (0..TIMED_EVALUATIONS)
                 .for_each(|_| model.derivative(0.0, &scene.initial_state, &mut slope));
-            least = least.min(some.elapsed().as_secs_f64() / f64::from(TIMED_EVALUATIONS));
+            shortest = shortest.min(start.elapsed().as_secs_f64() / f64::from(TIMED_EVALUATIONS));
         }
         CostModel {
-            until: scene.end_time,
+            end_time: scene.end_time,
             coordinates: model.coordinate_count(),
-            evaluation: least,
+            evaluation_s: shortest,
             fastest: fastest_mode(model),
         }
     }
 
-    /// Lower bound of the cost of a run by a method; absent where there is no estimate beforehand.
+    /// Lower bound of the cost of a run by a method; `None` without an estimate.
     pub fn lower_bound(&self, method: &IntegrationMethod, size: StepSize) -> Option<CostBound<'s>> {
         let stages = method.bound.map_or(1.0, |b| f64::from(b.stages));
-        let (steps, by) = match (size, method.bound, self.fastest) {
-            (StepSize::Fixed(h), ..) => (self.until / h, None),
+        let (steps, mode) = match (size, method.bound, self.fastest) {
+            (StepSize::Fixed(h), ..) => (self.end_time / h, None),
             (StepSize::Adaptive(_), Some(bound), Some(fastest)) => {
-                (self.until * fastest.rate / bound.radius, Some(fastest))
+                (self.end_time * fastest.rate / bound.radius, Some(fastest))
             }
             _ => (0.0, None),
         };
-        let seconds = steps * stages * self.evaluation;
+        let seconds = steps * stages * self.evaluation_s;
         let matrices = DenseCost::for_method(method, self.coordinates);
         let matrices = matrices.filter(|m| m.seconds > seconds || m.bytes > MAX_BYTES);
         (steps > 0.0 || matrices.is_some()).then(|| CostBound {
             steps,
             seconds: matrices.map_or(seconds, |m| m.seconds.max(seconds)),
-            bound: by,
+            bound: mode,
             matrices,
         })
     }
 }
 
 impl CostBound<'_> {
-    /// More than so many seconds, or than the room there is.
+    /// True if the run exceeds `seconds` or the memory limit.
     pub fn is_beyond(&self, seconds: f64) -> bool {
         self.seconds > seconds || self.matrices.is_some_and(|m| m.bytes > MAX_BYTES)
     }
 
-    /// In words.
+    /// Description as text.
     pub fn text(&self) -> String {
         if let Some(matrices) = &self.matrices {
             return matrices.text();
@@ -100,16 +100,16 @@ impl CostBound<'_> {
             format_duration(self.seconds)
         );
         match self.bound {
-            Some(by) => format!("{text}, for steps bound by stability: {}", by.describe()),
+            Some(mode) => format!("{text}, for steps bound by stability: {}", mode.describe()),
             None => text,
         }
     }
 }
 
-/// Refuses histories of all outputs, so many at a time, that would take more room than is allowed.
+/// Rejects histories of all outputs that exceed the memory limit; `histories` of them are held at a time.
 ///
 /// # Errors
-/// `BudgetExceeded`, with what they would take.
+/// `BudgetExceeded` with the required memory.
 pub fn check_memory(setup: &SimulationSetup, histories: usize) -> Result<(), Error> {
     let columns = histories * (setup.outputs.list.len() + 1);
     let numbers = columns as f64 * (setup.samples as f64 + 1.0);
@@ -117,7 +117,7 @@ pub fn check_memory(setup: &SimulationSetup, histories: usize) -> Result<(), Err
         return Ok(());
     }
     let message = format!(
-        "{} at {} instants would take {:.0} GB, and {:.0} are allowed",
+        "{} at {} instants would take {:.0} GB (limit {:.0} GB)",
         pluralise(columns, "column"),
         setup.samples + 1,
         8e-9 * numbers,
@@ -126,10 +126,10 @@ pub fn check_memory(setup: &SimulationSetup, histories: usize) -> Result<(), Err
     Err(Error::new(Code::BudgetExceeded, message).with_hint("request fewer --samples"))
 }
 
-/// Refuses a motion that would take longer than is allowed, or whose history would take more room.
+/// Rejects a simulation that exceeds the time budget, or whose history exceeds the memory limit.
 ///
 /// # Errors
-/// `BudgetExceeded`, with the estimate and what to try.
+/// `BudgetExceeded` with the estimate and the remedies.
 pub fn check_budget(
     setup: &SimulationSetup,
     choice: &MethodChoice,
@@ -139,33 +139,33 @@ pub fn check_budget(
         check_memory(setup, 1)
             .map_err(|e| e.with_hint("request fewer --samples, or keep none with --no-history"))?;
     }
-    let least = CostModel::new(setup).lower_bound(choice.method, choice.step_size);
-    let Some(least) = least.filter(|least| least.is_beyond(setup.time_budget_s)) else {
+    let bound = CostModel::new(setup).lower_bound(choice.method, choice.step_size);
+    let Some(bound) = bound.filter(|bound| bound.is_beyond(setup.time_budget_s)) else {
         return Ok(());
     };
-    let room = match least.matrices {
+    let room = match bound.matrices {
         Some(_) => format!(" and {:.0} GB", 1e-9 * MAX_BYTES),
         None => String::new(),
     };
     let message = format!(
-        "{} would exceed the budget: {}, and {}{room} are allowed",
+        "{} would exceed the budget: {} (limit {}{room})",
         choice.method.name,
-        least.text(),
+        bound.text(),
         format_duration(setup.time_budget_s)
     );
-    if least.matrices.is_some() {
+    if bound.matrices.is_some() {
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(matrix_hint(setup)));
     }
-    let free = SimulateStudy {
+    let automatic = SimulateStudy {
         method: None,
         step: None,
         ..study.clone()
     };
-    let other = choose_method(&setup.model.model, &free).ok();
+    let other = choose_method(&setup.model.model, &automatic).ok();
     let other = other.filter(|other| other.method.name != choice.method.name);
     let other = other.map_or(String::new(), |other| {
         format!(
-            ", or leave method and step out: the plan takes {}",
+            ", or omit method and step: the plan takes {}",
             other.method.name
         )
     });
@@ -174,26 +174,26 @@ pub fn check_budget(
         StepSize::Adaptive(_) => "",
     };
     Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
-        "request a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
+        "request a shorter time (in {} at most t = {}), allow more with --allow {}{step}{other}",
         format_duration(setup.time_budget_s),
-        format_time(setup.end_time * setup.time_budget_s / least.seconds),
-        suggested_time_limit(least.seconds)
+        format_time(setup.end_time * setup.time_budget_s / bound.seconds),
+        suggested_time_limit(bound.seconds)
     )))
 }
 
 /// Hint for matrices that are too large.
 fn matrix_hint(setup: &SimulationSetup) -> String {
-    let train = &setup.model.model;
+    let model = &setup.model.model;
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());
-    let able: Vec<&str> = explicit
-        .filter(|m| (m.unsupported_reason)(train).is_none())
+    let capable: Vec<&str> = explicit
+        .filter(|m| (m.unsupported_reason)(model).is_none())
         .map(|m| m.name)
         .collect();
-    match able.is_empty() {
+    match capable.is_empty() {
         true => "model the machine with fewer coordinates".to_string(),
         false => format!(
-            "{} go without matrices: name one by --method; or model the machine with fewer coordinates",
-            able.join(", ")
+            "select one of {} by --method, which need no matrices; or model the machine with fewer coordinates",
+            capable.join(", ")
         ),
     }
 }

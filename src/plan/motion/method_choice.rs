@@ -1,4 +1,4 @@
-//! Choice of the integration method for a dynamic model, with its reason.
+//! Selection of the integration method for a dynamic model, with the reason.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -13,7 +13,7 @@ use crate::scene::study::SimulateStudy;
 use super::dense_cost::DenseCost;
 use super::structure::nonlinear_text;
 
-/// Local error per step where a study names none.
+/// Default tolerance of the local error per step.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
 /// Integration method with its requested settings.
@@ -21,15 +21,15 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 pub struct MethodChoice {
     /// The method.
     pub method: &'static IntegrationMethod,
-    /// Step size: tolerance or fixed step.
+    /// Tolerance or fixed step size.
     pub step_size: StepSize,
-    /// Why this one.
+    /// Reason for the choice.
     pub reason: String,
-    /// Exact method without steps that would apply here, where a step was requested.
+    /// Exact method that would apply without the requested step.
     pub exact_alternative: Option<&'static str>,
 }
 
-/// The order in which methods are taken: exact ones first, then those that keep their order across events and stiffness.
+/// Methods in order of preference: exact methods first, then those that keep their order across events and for stiff models.
 const PREFERRED: &[&str] = &[
     "exact",
     "switched",
@@ -39,33 +39,33 @@ const PREFERRED: &[&str] = &[
     "dopri5",
 ];
 
-/// Takes the place of [`FALLBACK_METHOD`] where its steps, bound by stability, are few: a step costs a tenth.
+/// Explicit method in place of [`FALLBACK_METHOD`] if stability needs few steps: one of its steps costs a tenth.
 const EXPLICIT_METHOD: &str = "dop853-events";
 
-/// Steps that are few at [`DEFAULT_TOLERANCE`]: some seconds for forty degrees of freedom.
-const FEW_STEPS: f64 = 1e5;
+/// Maximum number of explicit steps at [`DEFAULT_TOLERANCE`]: some seconds for forty degrees of freedom.
+const MAX_EXPLICIT_STEPS: f64 = 1e5;
 
-/// Steps of an explicit method below which it costs less than [`FALLBACK_METHOD`], whose own steps go with `tolerance^(-1/5)`.
-fn few_steps(tolerance: f64) -> f64 {
-    FEW_STEPS * (DEFAULT_TOLERANCE / tolerance).powf(0.2)
+/// Number of explicit steps below which they cost less than [`FALLBACK_METHOD`], whose step count is proportional to `tolerance^(-1/5)`.
+fn max_explicit_steps(tolerance: f64) -> f64 {
+    MAX_EXPLICIT_STEPS * (DEFAULT_TOLERANCE / tolerance).powf(0.2)
 }
 
-/// `h ω` on the imaginary axis up to which Dormand and Prince's method of order 8 does not grow (Hairer, Nørsett & Wanner,
-/// Solving Ordinary Differential Equations I, §II.5; what `stability` computes from its coefficients).
+/// Stability limit `h ω` on the imaginary axis of the Dormand–Prince method of order 8 (Hairer, Nørsett & Wanner,
+/// Solving Ordinary Differential Equations I, §II.5; `stability` computes it from the coefficients).
 const STABILITY_LIMIT: f64 = 6.0;
 
-/// Steps that keep the explicit method stable over a time, at most; nothing where a law has no greatest slope.
+/// Upper bound of the number of stable explicit steps up to `until`, s; `None` if a force law has no maximum slope.
 fn explicit_steps(model: &DynamicModel, until: f64) -> Option<f64> {
     let steps = until * rate_bound(model)? / STABILITY_LIMIT;
     steps.is_finite().then_some(steps)
 }
 
-/// Chooses a method for a machine.
+/// Chooses the integration method for a model.
 ///
 /// # Errors
-/// An unknown word; a method that cannot take the machine; a step for a method that chooses its own.
+/// An unknown method; a method that does not support the model; a fixed step for a method with step control.
 pub fn choose_method(model: &DynamicModel, study: &SimulateStudy) -> Result<MethodChoice, Error> {
-    let (method, mut reason, usual) = match &study.method {
+    let (method, mut reason, default_tolerance) = match &study.method {
         Some(name) => (
             find_method(name)?,
             "requested".to_string(),
@@ -79,30 +79,30 @@ pub fn choose_method(model: &DynamicModel, study: &SimulateStudy) -> Result<Meth
             }
         },
     };
-    if let Some(why) = (method.unsupported_reason)(model) {
-        let able: Vec<&str> = METHODS
+    if let Some(unsupported) = (method.unsupported_reason)(model) {
+        let supported: Vec<&str> = METHODS
             .iter()
             .filter(|m| (m.unsupported_reason)(model).is_none())
             .map(|m| m.name)
             .collect();
-        let message = format!("{} cannot take this machine: {why}", method.name);
+        let message = format!("{} cannot take this machine: {unsupported}", method.name);
         return Err(
-            Error::new(Code::Conflict, message).with_hint(format!("{} can", able.join(", ")))
+            Error::new(Code::Conflict, message).with_hint(format!("{} can", supported.join(", ")))
         );
     }
-    let size = match (method.step_control, study.step, study.tolerance) {
+    let step_size = match (method.step_control, study.step, study.tolerance) {
         (StepControl::Fixed, Some(step), _) if study.end_time.is_some_and(|until| step > until) => {
             let message = format!(
-                "a step of {} is longer than the motion",
+                "a step of {} exceeds the duration",
                 crate::base::quantity::format_time(step)
             );
             return Err(Error::new(Code::OutOfRange, message).with_hint(
-                "take a small share of the shortest period; `stability` shows the limits",
+                "use a small fraction of the shortest period; `stability` shows the limits",
             ));
         }
         (StepControl::Fixed, Some(step), _) => StepSize::Fixed(step),
         (StepControl::Fixed, None, _) => {
-            let message = format!("{} goes by a fixed step, and none is given", method.name);
+            let message = format!("{} needs a fixed step, and none is given", method.name);
             return Err(Error::new(Code::Usage, message)
                 .with_hint("add --step \"10 µs\", or take a method that chooses its steps"));
         }
@@ -114,40 +114,38 @@ pub fn choose_method(model: &DynamicModel, study: &SimulateStudy) -> Result<Meth
                 .map(|m| m.name)
                 .collect();
             return Err(Error::new(Code::Usage, message)
-                .with_hint(format!("fixed steps are for {}", fixed.join(", "))));
+                .with_hint(format!("take a step only: {}", fixed.join(", "))));
         }
-        (_, None, tolerance) => StepSize::Adaptive(tolerance.unwrap_or(usual)),
+        (_, None, tolerance) => StepSize::Adaptive(tolerance.unwrap_or(default_tolerance)),
     };
-    let passed_over = match study.method {
+    let exact_alternative = match study.method {
         None if method.step_control == StepControl::Fixed => exact_method(model),
         _ => None,
     };
-    if let Some(exact) = passed_over {
-        reason += &format!(
-            "; the method {exact} would have no error here, but takes no step, and one is requested"
-        );
+    if let Some(exact) = exact_alternative {
+        reason +=
+            &format!("; the method {exact} is exact here but has no step, and one is requested");
     }
     Ok(MethodChoice {
         method,
-        step_size: size,
+        step_size,
         reason,
-        exact_alternative: passed_over,
+        exact_alternative,
     })
 }
 
-/// The method that is exact for a machine.
+/// Name of an exact method that supports a model.
 fn exact_method(model: &DynamicModel) -> Option<&'static str> {
-    let able = |m: &&IntegrationMethod| {
+    let is_applicable = |m: &&IntegrationMethod| {
         m.step_control == StepControl::Exact && (m.unsupported_reason)(model).is_none()
     };
-    METHODS.iter().find(able).map(|m| m.name)
+    METHODS.iter().find(is_applicable).map(|m| m.name)
 }
 
-/// Takes over where the method that the structure suggests does not converge: it locates no switches, so that contacts which
-/// chatter do not stop it.
+/// Method after one that did not converge; it does not locate switching events, hence contact chatter does not stop it.
 const FALLBACK_METHOD: &str = "radau5";
 
-/// Choice after one that failed with `error`; nothing where the method was requested, or no other applies to the machine.
+/// Choice after `failed` ended with `error`; `None` if the method or a step was requested, or if no other method applies.
 pub fn fallback(
     model: &DynamicModel,
     study: &SimulateStudy,
@@ -156,8 +154,8 @@ pub fn fallback(
 ) -> Option<MethodChoice> {
     let method = methods::method_by_name(FALLBACK_METHOD)
         .filter(|m| (m.unsupported_reason)(model).is_none())?;
-    let asked = study.method.is_some() || study.step.is_some();
-    if asked || method.name == failed.method.name || error.code != Code::NoConvergence {
+    let is_requested = study.method.is_some() || study.step.is_some();
+    if is_requested || method.name == failed.method.name || error.code != Code::NoConvergence {
         return None;
     }
     Some(MethodChoice {
@@ -168,42 +166,42 @@ pub fn fallback(
     })
 }
 
-/// The method of a word.
+/// Method by name.
 ///
 /// # Errors
-/// No such word, with the nearest.
+/// An unknown name, with the nearest known one.
 pub fn find_method(name: &str) -> Result<&'static IntegrationMethod, Error> {
     methods::method_by_name(name).ok_or_else(|| {
         let error = Error::new(Code::OutOfRange, format!("there is no method `{name}`"));
-        let words: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
-        match suggestion(name, words.iter().copied()) {
-            Some(near) => error.with_hint(format!("did you mean `{near}`?")),
-            None => error.with_hint(format!("the methods are {}", words.join(", "))),
+        let names: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
+        match suggestion(name, names.iter().copied()) {
+            Some(nearest) => error.with_hint(format!("did you mean `{nearest}`?")),
+            None => error.with_hint(format!("the methods are {}", names.join(", "))),
         }
     })
 }
 
-/// The methods of words, each once however often it is named.
+/// Methods by name, without duplicates.
 ///
 /// # Errors
 /// Those of [`find_method`].
 pub fn find_methods(names: &[String]) -> Result<Vec<&'static IntegrationMethod>, Error> {
-    let mut all: Vec<&'static IntegrationMethod> = Vec::new();
+    let mut selected: Vec<&'static IntegrationMethod> = Vec::new();
     for name in names {
         let method = find_method(name)?;
-        if all.iter().all(|known| known.name != method.name) {
-            all.push(method);
+        if selected.iter().all(|known| known.name != method.name) {
+            selected.push(method);
         }
     }
-    Ok(all)
+    Ok(selected)
 }
 
-/// The first method that takes a machine, and goes by the step where one is given.
+/// First method that supports a model, and a fixed step if one is requested.
 fn first_applicable(
     model: &DynamicModel,
     study: &SimulateStudy,
 ) -> Option<&'static IntegrationMethod> {
-    let able = |name: &&&str| {
+    let is_applicable = |name: &&&str| {
         methods::method_by_name(name).is_some_and(|m| {
             (m.unsupported_reason)(model).is_none()
                 && (study.step.is_none() || m.step_control == StepControl::Fixed)
@@ -212,7 +210,7 @@ fn first_applicable(
     PREFERRED
         .iter()
         .chain(&METHODS.iter().map(|m| m.name).collect::<Vec<_>>()[..])
-        .find(able)
+        .find(is_applicable)
         .copied()
         .and_then(methods::method_by_name)
 }
@@ -222,36 +220,36 @@ fn choose_automatically(
     study: &SimulateStudy,
 ) -> Result<(&'static IntegrationMethod, String), Error> {
     let Some(method) = first_applicable(model, study) else {
-        let why: Vec<String> = METHODS
+        let reasons: Vec<String> = METHODS
             .iter()
-            .filter_map(|m| (m.unsupported_reason)(model).map(|why| format!("{}: {why}", m.name)))
+            .filter_map(|m| (m.unsupported_reason)(model).map(|text| format!("{}: {text}", m.name)))
             .collect();
         return Err(
             Error::new(Code::BudgetExceeded, "no method takes this machine")
-                .with_hint(why.join("; ")),
+                .with_hint(reasons.join("; ")),
         );
     };
     if method.name != FALLBACK_METHOD {
         return Ok((method, structural_reason(method)));
     }
     let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-    let few = few_steps(tolerance);
+    let limit = max_explicit_steps(tolerance);
     let explicit = methods::method_by_name(EXPLICIT_METHOD)
         .filter(|m| (m.unsupported_reason)(model).is_none());
     let steps = study
         .end_time
         .and_then(|until| explicit_steps(model, until));
-    let (taken, cost) = match (explicit, steps) {
-        (Some(explicit), Some(steps)) if steps < few => (
+    let (chosen, cost) = match (explicit, steps) {
+        (Some(explicit), Some(steps)) if steps < limit => (
             explicit,
             format!(
-                "not stiff: at most {steps:.0} steps keep it stable, and beyond {few:.0} `{FALLBACK_METHOD}` would cost less at a tolerance of {tolerance:.0e}"
+                "not stiff: at most {steps:.0} steps keep it stable, and above {limit:.0} `{FALLBACK_METHOD}` costs less at a tolerance of {tolerance:.0e}"
             ),
         ),
         (Some(explicit), Some(steps)) => (
             method,
             format!(
-                "stiff: `{}` may need {steps:.1e} steps to stay stable, and beyond {few:.0} this one costs less at a tolerance of {tolerance:.0e}",
+                "stiff: `{}` may need {steps:.1e} steps to stay stable, and above {limit:.0} this one costs less at a tolerance of {tolerance:.0e}",
                 explicit.name
             ),
         ),
@@ -264,26 +262,26 @@ fn choose_automatically(
         ),
         (None, _) => (
             method,
-            "its nodes without inertia leave equations that explicit methods do not take"
+            "its nodes without inertia give equations that explicit methods cannot solve"
                 .to_string(),
         ),
     };
-    Ok((taken, format!("{}; {cost}", nonlinear_text(model))))
+    Ok((chosen, format!("{}; {cost}", nonlinear_text(model))))
 }
 
-/// Time, s, that all modes of a machine may take before the cost of steps is compared: an exact solution is worth a short wait.
+/// Time for all modes of a model, s, up to which the exact solution is chosen without comparing the cost of steps.
 const MAX_MODAL_SECONDS: f64 = 10.0;
 
-/// Default tolerance of the local error of steps in place of an exact method: of 500 discs an error of 5e-9 in a second.
+/// Default tolerance of the local error of a method that replaces an exact one; 500 discs have an error of 5e-9 after 1 s.
 const EXACT_TOLERANCE: f64 = 1e-11;
 
-/// Seconds of a step of [`EXPLICIT_METHOD`] by coordinate: 2000 discs took 671 steps in 0.83 s, 20 000 took 597 in 9.5 s.
+/// Time of a step of [`EXPLICIT_METHOD`] per coordinate, s: 2000 discs took 671 steps in 0.83 s, 20 000 took 597 in 9.5 s.
 const SECONDS_PER_STEP: f64 = 8e-7;
 
-/// So many times the steps that keep the method stable give that error: 1679 for 333 on these discs.
+/// Steps at [`EXACT_TOLERANCE`] relative to those for stability: 1679 against 333 for these discs.
 const STEPS_FOR_EXACT: f64 = 5.0;
 
-/// The explicit method where the machine's own would need all modes of many coordinates, and steps take less.
+/// Explicit method if the applicable one needs all modes of many coordinates and explicit steps cost less.
 fn explicit_alternative(
     model: &DynamicModel,
     study: &SimulateStudy,
@@ -306,12 +304,12 @@ fn explicit_alternative(
     })
 }
 
-/// Why a method that the structure asks for is right.
+/// Reason for a method chosen by the structure of the model.
 fn structural_reason(method: &IntegrationMethod) -> String {
     match method.name {
         "exact" => "linear and time-invariant, so exact at every instant for any target error".to_string(),
-        "switched" => "linear between switches, so exact up to each, and each is located; exact for any target error".to_string(),
-        "periodic" => "stiffness and loads repeat in time, so that one period is tabulated and combined; exact for any target error".to_string(),
-        _ => format!("a step is given, and {} goes by one", method.title),
+        "switched" => "linear between switches, which are located; exact for any target error".to_string(),
+        "periodic" => "periodic stiffness and loads, so that one period is tabulated; exact for any target error".to_string(),
+        _ => format!("a step is given, and {} has a fixed step", method.title),
     }
 }

@@ -1,4 +1,4 @@
-//! Output selection by name: degrees of freedom, branches, bearings, motors, brakes, loads.
+//! Selection of motion outputs by name: degrees of freedom, branches, bearings, motors, brakes, loads.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -12,13 +12,13 @@ use crate::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
 use crate::motion::signal::Signal;
 use crate::plan::prepared_machine::PreparedMachine;
 
-/// Outputs where a study names none: at most so many.
+/// Maximum number of default outputs, selected if a study names none.
 const MAX_DEFAULT_OUTPUTS: usize = 6;
 
-/// The wanted outputs; speeds of what is loaded or driven where none is named.
+/// Selects the requested outputs; by default the speeds of the loaded and motor-driven degrees of freedom.
 ///
 /// # Errors
-/// Names that do not exist, what does not follow from the motion.
+/// Unknown names; quantities that the states do not determine.
 pub fn select_outputs(
     prepared_machine: &PreparedMachine,
     model: &AssembledModel,
@@ -26,44 +26,44 @@ pub fn select_outputs(
 ) -> Result<MotionOutputs, Error> {
     let machine = &prepared_machine.machine;
     let mut outputs = MotionOutputs::default();
-    let usual: Vec<String>;
+    let default_names: Vec<String>;
     let names = match names.is_empty() {
         false => names,
         true => {
-            let loaded = machine
+            let loaded_dofs = machine
                 .histories
                 .iter()
                 .map(|h| h.0)
                 .chain(machine.motors.iter().map(|m| m.dof));
-            let mut dofs: Vec<usize> = loaded.collect();
+            let mut dofs: Vec<usize> = loaded_dofs.collect();
             if dofs.is_empty() {
                 dofs = (0..machine.dofs.len()).collect();
             }
-            let mut seen = Vec::new();
+            let mut distinct = Vec::new();
             dofs.retain(|f| {
-                !seen.contains(f) && {
-                    seen.push(*f);
+                !distinct.contains(f) && {
+                    distinct.push(*f);
                     true
                 }
             });
-            usual = dofs
+            default_names = dofs
                 .iter()
                 .take(MAX_DEFAULT_OUTPUTS)
                 .map(|&f| format!("{}.speed", machine.dof_name(f)))
                 .collect();
-            &usual
+            &default_names
         }
     };
     for (at, name) in names.iter().enumerate() {
         if names[..at].contains(name) {
             continue;
         }
-        let (asked, deflection) = match name.strip_suffix(".deflection") {
+        let (signal, deflection) = match name.strip_suffix(".deflection") {
             Some(stem) => (format!("{stem}.force"), true),
             None => (name.clone(), false),
         };
-        let loaded = select_load(prepared_machine, model, &asked, &mut outputs)?;
-        let quantity = match loaded.or_else(|| motors_or_brakes(prepared_machine, model, &asked)) {
+        let load = select_load(prepared_machine, model, &signal, &mut outputs)?;
+        let quantity = match load.or_else(|| motor_or_brake(prepared_machine, model, &signal)) {
             Some(OutputQuantity::Force(at)) if deflection => OutputQuantity::Deflection(at),
             Some(quantity) => {
                 if let OutputQuantity::PrescribedTorque(_) | OutputQuantity::FrictionPower(..) =
@@ -73,66 +73,65 @@ pub fn select_outputs(
                 }
                 quantity
             }
-            None => match signals::parse_output(machine, &asked)? {
-                signals::OutputSignal::Dof(dof, times) => {
-                    let Some(place) = &model.dofs[dof] else {
+            None => match signals::parse_output(machine, &signal)? {
+                signals::OutputSignal::Dof(dof, order) => {
+                    let Some(motion) = &model.dofs[dof] else {
                         return Err(no_state_error(name));
                     };
-                    let light = |j: usize| model.model.is_massless(j);
-                    if let Some(term) = place.terms.iter().find(|term| times == 2 && light(term.0))
-                    {
+                    let massless = |j: usize| model.model.is_massless(j);
+                    if let Some(term) = motion.terms.iter().find(|t| order == 2 && massless(t.0)) {
                         let message = format!(
-                            "`{name}` is not kept: {} has no inertia, and its equations give no acceleration",
+                            "`{name}` is not available: {} has no inertia, and its equations have no acceleration",
                             model.model.coordinates[term.0]
                         );
                         return Err(
                             Error::new(Code::Conflict, message).with_hint("request its speed")
                         );
                     }
-                    let row = push_row(place, &mut outputs);
+                    let row = push_row(motion, &mut outputs);
                     [
                         OutputQuantity::Position(row),
                         OutputQuantity::Speed(row),
                         OutputQuantity::Acceleration(row),
-                    ][usize::from(times).min(2)]
+                    ][usize::from(order).min(2)]
                 }
                 signals::OutputSignal::Support(at) => {
                     let support = &machine.supports[at];
                     match deflection {
                         true => {
-                            let apart = LinearCombination {
+                            let relative_displacement = LinearCombination {
                                 terms: support.deflection.entries().collect(),
                                 imposed: None,
                             };
-                            let place = apart.substitute(&model.dofs);
-                            let place = place.ok_or_else(|| no_state_error(name))?;
-                            OutputQuantity::Position(push_row(&place, &mut outputs))
+                            let motion = relative_displacement.substitute(&model.dofs);
+                            let motion = motion.ok_or_else(|| no_state_error(name))?;
+                            OutputQuantity::Position(push_row(&motion, &mut outputs))
                         }
                         false => {
-                            let own = |&(branch, share): &(usize, f64)| {
+                            let element_share = |&(branch, share): &(usize, f64)| {
                                 let at = model.branches[branch].first();
                                 at.map(|&at| (at, share))
                                     .ok_or_else(|| no_state_error(name))
                             };
-                            let sum = support.forces.iter().map(own);
+                            let sum = support.forces.iter().map(element_share);
                             outputs.sums.push(sum.collect::<Result<_, Error>>()?);
                             OutputQuantity::Forces(outputs.sums.len() - 1)
                         }
                     }
                 }
-                // Tooth pairs together: the gears' motion against each other.
+                // Several tooth pairs: the relative displacement of the gears.
                 signals::OutputSignal::Force(branch)
                     if deflection && model.branches[branch].len() > 2 =>
                 {
-                    let apart = LinearCombination {
+                    let relative_displacement = LinearCombination {
                         terms: machine.branches[branch].direction.entries().collect(),
                         imposed: None,
                     };
-                    let place = apart.substitute(&model.dofs);
-                    let place = place.ok_or_else(|| no_state_error(name))?;
-                    OutputQuantity::Position(push_row(&place, &mut outputs))
+                    let motion = relative_displacement.substitute(&model.dofs);
+                    let motion = motion.ok_or_else(|| no_state_error(name))?;
+                    OutputQuantity::Position(push_row(&motion, &mut outputs))
                 }
-                // The forces of all flanks or tooth pairs.
+                // Sum of the forces of all flanks or tooth pairs.
                 signals::OutputSignal::Force(branch)
                     if !deflection && model.branches[branch].len() > 1 =>
                 {
@@ -160,9 +159,9 @@ pub fn select_outputs(
                                 return Err(no_state_error(name));
                             }
                             components::BranchLaw::Rigid => {
-                                let message = format!("`{name}` does not follow from the motion");
+                                let message = format!("`{name}` is not determined by the motion");
                                 return Err(Error::new(Code::Conflict, message)
-                                    .with_hint("both ends of it move as one"));
+                                    .with_hint("both its ends move alike"));
                             }
                         },
                     }
@@ -171,17 +170,17 @@ pub fn select_outputs(
         };
         outputs.list.push(MotionOutput {
             name: name.clone(),
-            unit: unit(prepared_machine, &asked, quantity),
+            unit: unit(prepared_machine, &signal, quantity),
             quantity,
         });
     }
     Ok(outputs)
 }
 
-/// Force or torque of loads along or about a degree of freedom.
+/// Selects the total load on a degree of freedom, N or N·m; `None` for names that do not end in `.load`.
 ///
 /// # Errors
-/// Nothing loads it.
+/// No load acts on the degree of freedom.
 fn select_load(
     prepared_machine: &PreparedMachine,
     model: &AssembledModel,
@@ -193,99 +192,99 @@ fn select_load(
     let Some(dof) = stem.and_then(|stem| machine.dof(stem)) else {
         return Ok(None);
     };
-    let called = load_name(machine, dof);
-    let over_time = model.loads.iter().filter(|load| load.0 == dof);
+    let element_name = load_name(machine, dof);
+    let histories_of_dof = model.loads.iter().filter(|load| load.0 == dof);
     let branches = model.model.elements.iter().enumerate();
-    let followed: Vec<usize> = branches
-        .filter(|(_, b)| b.name == called)
+    let element_indices: Vec<usize> = branches
+        .filter(|(_, b)| b.name == element_name)
         .map(|(at, _)| at)
         .collect();
-    if over_time.clone().count() + followed.len() == 0 {
-        let message = format!("`{name}`: nothing loads {}", machine.dof_name(dof));
-        let mut loaded: Vec<String> = (machine.histories.iter())
+    if histories_of_dof.clone().count() + element_indices.len() == 0 {
+        let message = format!("`{name}`: {} has no load", machine.dof_name(dof));
+        let mut loads: Vec<String> = (machine.histories.iter())
             .map(|h| format!("{}.load", machine.dof_name(h.0)))
             .collect();
-        loaded.dedup();
+        loads.dedup();
         return Err(
-            Error::new(Code::UnknownNode, message).with_hint(match loaded.is_empty() {
+            Error::new(Code::UnknownNode, message).with_hint(match loads.is_empty() {
                 true => "the scene has no [[load]]".to_string(),
-                false => format!("there is {}", loaded.join(", ")),
+                false => format!("there is {}", loads.join(", ")),
             }),
         );
     }
-    let sum = over_time.fold(Signal::default(), |sum, load| sum.plus(&load.1));
-    outputs.loads.push((sum, followed));
+    let sum = histories_of_dof.fold(Signal::default(), |sum, load| sum.plus(&load.1));
+    outputs.loads.push((sum, element_indices));
     Ok(Some(OutputQuantity::Load(outputs.loads.len() - 1)))
 }
 
-/// The force of a motor or brake, which are branches of the motion alone, or the torque that a motor gives.
-fn motors_or_brakes(
+/// Force or torque of a motor or brake, friction force or friction power; `None` for other names.
+fn motor_or_brake(
     prepared_machine: &PreparedMachine,
     model: &AssembledModel,
     name: &str,
 ) -> Option<OutputQuantity> {
-    let (stem, what) = name.rsplit_once('.')?;
+    let (stem, quantity) = name.rsplit_once('.')?;
     let machine = &prepared_machine.machine;
-    let is = |element: usize| machine.elements[element].name == stem;
-    let motor = machine.motors.iter().any(|m| is(m.element));
+    let is_stem = |element: usize| machine.elements[element].name == stem;
+    let motor = machine.motors.iter().any(|m| is_stem(m.element));
     let branch = || model.model.elements.iter().position(|b| b.name == stem);
     let prescribes = || {
         let motions = &model.prescribed.as_ref()?.motions;
         motions.iter().position(|m| m.name == stem)
     };
-    // Dry friction of an element that is more than that, or is that alone: its first branch and how many there are.
-    let rubs = |kind: &str| {
-        let of_kind = |b: &components::FrictionElement| {
+    // Dry-friction branches of an element are named `NAME friction` or, without other branches, `NAME`: the first of them and their count.
+    let has_friction = |kind: &str| {
+        let is_kind = |b: &components::FrictionElement| {
             kind.is_empty() || machine.elements[b.element].kind == kind
         };
         machine
             .friction_elements
             .iter()
-            .any(|b| is(b.element) && of_kind(b))
+            .any(|b| is_stem(b.element) && is_kind(b))
     };
-    let named = |train: &DynamicModel| {
-        let whole = format!("{stem} friction");
-        let own = |b: &ForceElement| b.law.is_dry() && (b.name == whole || b.name == stem);
-        let first = train.elements.iter().position(own)?;
-        let count = train.elements[first..].iter().filter(|b| own(b)).count();
+    let friction_branches = |model: &DynamicModel| {
+        let full_name = format!("{stem} friction");
+        let is_dry =
+            |b: &ForceElement| b.law.is_dry_friction() && (b.name == full_name || b.name == stem);
+        let first = model.elements.iter().position(is_dry)?;
+        let count = model.elements[first..].iter().filter(|b| is_dry(b)).count();
         Some((first, count))
     };
-    match what {
+    match quantity {
         "torque" if motor => prescribes()
             .map(OutputQuantity::PrescribedTorque)
             .or_else(|| branch().map(OutputQuantity::MotorTorque)),
-        "force" | "torque" if motor || rubs("brake") => branch().map(OutputQuantity::Force),
-        "friction" => rubs("bearing")
-            .then(|| named(&model.model))
+        "force" | "torque" if motor || has_friction("brake") => branch().map(OutputQuantity::Force),
+        "friction" => has_friction("bearing")
+            .then(|| friction_branches(&model.model))
             .flatten()
             .map(|at| OutputQuantity::Force(at.0)),
-        "loss" if rubs("") => {
-            let whole = model.prescribed.as_ref().map(|known| &known.whole);
-            let (first, count) = named(whole.unwrap_or(&model.model))?;
+        "loss" if has_friction("") => {
+            let full_model = (model.prescribed.as_ref()).map(|prescribed| &prescribed.full_model);
+            let (first, count) = friction_branches(full_model.unwrap_or(&model.model))?;
             Some(OutputQuantity::FrictionPower(first, count))
         }
         _ => None,
     }
 }
 
-fn push_row(place: &LinearCombination, outputs: &mut MotionOutputs) -> usize {
-    outputs.rows.push(place.clone());
+fn push_row(motion: &LinearCombination, outputs: &mut MotionOutputs) -> usize {
+    outputs.rows.push(motion.clone());
     outputs.rows.len() - 1
 }
 
-/// Error of a name that is not among the unknowns.
+/// Error of an output whose degree of freedom is not a state of the model.
 fn no_state_error(name: &str) -> Error {
     let message =
-        format!("`{name}` is not kept: a node without inertia next to dampers lags its neighbours");
+        format!("`{name}` is undefined: a massless node next to dampers lags its neighbours");
     Error::new(Code::Conflict, message)
-        .with_hint("request a neighbour, or give the node its inertia, however small")
+        .with_hint("request a neighbour, or give the node a (small) inertia")
 }
 
-/// Whether angles or lengths: by the axis of the degree of freedom, by the scale of the branch (one for shafts, metres for
-/// meshes).
+/// Unit of an output: angular or linear by the axis of the degree of freedom, or by the kind of the element of a branch.
 fn unit(prepared_machine: &PreparedMachine, name: &str, quantity: OutputQuantity) -> &'static str {
     let machine = &prepared_machine.machine;
-    let turns = match signals::parse_output(machine, name.strip_suffix(".load").unwrap_or(name)) {
+    let rotary = match signals::parse_output(machine, name.strip_suffix(".load").unwrap_or(name)) {
         Ok(signals::OutputSignal::Dof(dof, _)) => machine.dofs[dof].axis.is_rotation(),
         Ok(signals::OutputSignal::Support(at)) => machine.supports[at].axis.is_rotation(),
         Ok(signals::OutputSignal::Force(branch)) => {
@@ -302,7 +301,7 @@ fn unit(prepared_machine: &PreparedMachine, name: &str, quantity: OutputQuantity
         }
         Err(_) => true,
     };
-    match (quantity, turns) {
+    match (quantity, rotary) {
         (OutputQuantity::Position(_) | OutputQuantity::Deflection(_), true) => "rad",
         (OutputQuantity::Position(_) | OutputQuantity::Deflection(_), false) => "m",
         (OutputQuantity::Speed(_), true) => "rad/s",

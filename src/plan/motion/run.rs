@@ -20,32 +20,32 @@ use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer};
 use crate::motion::progress::time_exceeded;
 use crate::motion::sampling_check::{SamplingCheck, UndersampledOutput};
 
-/// Result of a study of motion.
+/// Result of an integration run.
 #[derive(Debug, Clone)]
 pub struct MotionResult {
-    /// Instants, s; none where no history is kept.
+    /// Sample times, s, ascending; empty if no history is stored.
     pub time: Vec<f64>,
-    /// Values of each output, SI; none where no history is kept.
+    /// Values of each output at [`MotionResult::time`], SI; empty if no history is stored.
     pub values: Vec<Vec<f64>>,
     /// Extremes and means of each output.
     pub statistics: Vec<Option<OutputStatistics>>,
-    /// The output that its samples follow least, where too few of them lie in a period to read extremes off.
+    /// Output with the fewest samples per period, if below [`MIN_SAMPLES_PER_PERIOD`].
     pub undersampled: Option<UndersampledOutput>,
     /// Time reached, s.
     pub end_time: f64,
     /// Statistics of the integration.
     pub stats: IntegrationStats,
-    /// Seconds.
+    /// Wall-clock time of the integration, s.
     pub seconds: f64,
-    /// Energy balance, on request.
+    /// Energy balance, if requested.
     pub balance: Option<EnergyBalance>,
-    /// Events by kind, where the method locates them.
+    /// Events by kind; `None` if the method does not locate events.
     pub events: Option<Vec<EventRecord>>,
-    /// It was stopped before its end.
+    /// Whether the run was cancelled before its end time.
     pub interrupted: bool,
 }
 
-/// Integration problem of a scene.
+/// Builds the integration problem of a setup with `samples` sampling intervals.
 pub fn integration_problem(
     setup: &SimulationSetup,
     choice: &MethodChoice,
@@ -64,10 +64,10 @@ pub fn integration_problem(
     }
 }
 
-/// Integrates and keeps the history. `cancel` ends the run early; what was finished is whole.
+/// Integrates and stores the history. If `cancel` ends the run early, the result covers the completed part.
 ///
 /// # Errors
-/// Those of the method.
+/// Errors of the method.
 pub fn run(
     setup: &SimulationSetup,
     choice: &MethodChoice,
@@ -77,31 +77,31 @@ pub fn run(
     run_observed(setup, choice, energy, cancel, (true, &mut |_, _| Ok(())))
 }
 
-/// Observer of a running motion: at an instant with the state, at the outputs.
+/// Observer called at each sample with the time, s, and the state, and with the output values.
 pub type StepObserver<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error> + 'a;
 
-/// The same under eyes that see every instant, its history kept or not.
+/// Integrates as [`run`] and calls an observer at each sample; `store_history` selects whether the history is stored.
 ///
 /// # Errors
-/// Those of the method, and of those that look on.
+/// Errors of the method and of the observer.
 pub fn run_observed(
     setup: &SimulationSetup,
     choice: &MethodChoice,
     energy: bool,
     cancel: &CancelToken,
-    (keep, watch): (bool, &mut StepObserver),
+    (store_history, observe): (bool, &mut StepObserver),
 ) -> Result<MotionResult, Error> {
     let model = &setup.model.model;
     let mut options = integration_problem(setup, choice, setup.samples, cancel);
-    let meter = energy.then(|| {
+    let energy_integrator = energy.then(|| {
         let limit = BalanceLimit {
             evaluations: MAX_EVALUATIONS,
             predicts: false,
             cancel: cancel.clone(),
         };
-        let known = setup.model.prescribed.as_ref();
-        let run = [options.from, options.to];
-        EnergyIntegrator::observe(model, known, run, limit, &mut options.observer)
+        let prescribed = setup.model.prescribed.as_ref();
+        let span = [options.from, options.to];
+        EnergyIntegrator::observe(model, prescribed, span, limit, &mut options.observer)
     });
     let events =
         (choice.method.locates_events).then(|| EventLog::observe(model, &mut options.observer));
@@ -109,44 +109,44 @@ pub fn run_observed(
     let mut accumulators = vec![StatisticsAccumulator::default(); setup.outputs.list.len()];
     let mut peaks = PeakRefinement::new(model, &setup.outputs);
     let steps = (setup.end_time, setup.samples);
-    let mut fineness = SamplingCheck::new(model, &setup.outputs, steps);
-    let (mut count, mut reached, mut refused) = (0, 0.0, None);
+    let mut sampling_check = SamplingCheck::new(model, &setup.outputs, steps);
+    let (mut count, mut last_time, mut failure) = (0, 0.0, None);
     let start = Instant::now();
     let stats = (choice.method.run)(model, &options, &mut |t, y, regime| {
-        let now = setup.outputs.evaluate(model, regime, t, y);
-        if let Some(at) = now.iter().position(|value| !value.is_finite()) {
-            refused = Some(overflow_error(&setup.outputs.list[at].name, now[at], t));
+        let outputs = setup.outputs.evaluate(model, regime, t, y);
+        if let Some(at) = outputs.iter().position(|value| !value.is_finite()) {
+            failure = Some(overflow_error(&setup.outputs.list[at].name, outputs[at], t));
             return ControlFlow::Break(());
         }
-        for (reader, value) in accumulators.iter_mut().zip(&now) {
-            reader.push(t, *value);
+        for (accumulator, value) in accumulators.iter_mut().zip(&outputs) {
+            accumulator.push(t, *value);
         }
-        peaks.push((t, y), regime, &now, &mut accumulators);
-        fineness.push((t, y), regime, &now);
-        if keep {
+        peaks.push((t, y), regime, &outputs, &mut accumulators);
+        sampling_check.push((t, y), regime, &outputs);
+        if store_history {
             time.push(t);
-            for (list, value) in values.iter_mut().zip(&now) {
-                list.push(*value);
+            for (history, value) in values.iter_mut().zip(&outputs) {
+                history.push(*value);
             }
         }
-        reached = t;
-        refused = watch((t, y), &now).err();
+        last_time = t;
+        failure = observe((t, y), &outputs).err();
         count += 1;
-        // Where nothing switches, samples alone take time.
-        if count % COST_CHECK_INTERVAL == 0 && refused.is_none() {
+        // Without switching events only sampling takes time, so the budget is checked here.
+        if count % COST_CHECK_INTERVAL == 0 && failure.is_none() {
             let forecast = options.cancel.forecast_overrun(t / options.to);
-            refused = forecast.map(|forecast| time_exceeded(&options, forecast, t));
+            failure = forecast.map(|forecast| time_exceeded(&options, forecast, t));
         }
-        match refused {
+        match failure {
             None => ControlFlow::Continue(()),
             Some(_) => ControlFlow::Break(()),
         }
     });
-    let stats = refused
+    let stats = failure
         .map_or(stats, Err)
         .map_err(|e| diagnostics::with_fastest_mode(e, model))?;
     let seconds = start.elapsed().as_secs_f64();
-    let balance = meter.map(|meter| meter.borrow().balance());
+    let balance = energy_integrator.map(|energy_integrator| energy_integrator.borrow().balance());
     Ok(MotionResult {
         time,
         values,
@@ -154,8 +154,8 @@ pub fn run_observed(
             .iter()
             .map(StatisticsAccumulator::statistics)
             .collect(),
-        undersampled: fineness.worst_output(MIN_SAMPLES_PER_PERIOD),
-        end_time: reached,
+        undersampled: sampling_check.worst_output(MIN_SAMPLES_PER_PERIOD),
+        end_time: last_time,
         stats,
         seconds,
         balance,
@@ -171,8 +171,8 @@ fn overflow_error(output: &str, value: f64, t: f64) -> Error {
     )
 }
 
-/// Samples in a period below which extremes may be a fifth short, cos(π/5).
+/// Samples per period below which sampled extremes may be a fifth too small: cos(π/5) = 0.81.
 pub const MIN_SAMPLES_PER_PERIOD: f64 = 5.0;
 
-/// Samples between two looks at how long the whole would take.
+/// Samples between two checks of the time budget.
 const COST_CHECK_INTERVAL: usize = 1024;

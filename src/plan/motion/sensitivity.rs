@@ -242,7 +242,7 @@ fn run(
     }
     if rows.count <= setup.samples {
         let message = format!(
-            "a run from a changed start takes more than {}, {MAX_TIME_RATIO} times the first",
+            "a run from a perturbed initial state takes more than {}, {MAX_TIME_RATIO} times the first",
             format_duration(limit)
         );
         return Err(Error::new(Code::BudgetExceeded, message));

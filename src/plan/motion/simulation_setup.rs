@@ -1,4 +1,4 @@
-//! Setup of a simulation: dynamic model, initial state, outputs, end time.
+//! Setup of a simulation: dynamic model `ẏ = f(t, y)`, initial state, outputs, end time.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use crate::machine::components::{BranchLaw, Machine};
 use crate::machine::kinematics::{Kinematics, mean_speeds, supports_turning};
 use crate::machine::linear::LinearModel;
 use crate::machine::operating_point::OperatingPoint;
-use crate::machine::spin::spinning;
+use crate::machine::spin::spin_speeds;
 use crate::motion::assemble::assemble;
 use crate::motion::assembled::AssembledModel;
 use crate::motion::initial_state;
@@ -21,54 +21,54 @@ use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{InitialState, MotorModel, TorqueSpeedCurve};
 use crate::scene::study::SimulateStudy;
 
-/// A scene ready to move.
+/// Simulation problem: dynamic model, initial state, outputs and duration.
 pub struct SimulationSetup {
-    /// The equations.
+    /// Equations of motion.
     pub model: AssembledModel,
-    /// The state at zero.
+    /// State at t = 0.
     pub initial_state: Vec<f64>,
-    /// Requested outputs of the motion.
+    /// Requested outputs.
     pub outputs: MotionOutputs,
-    /// To this instant, s.
+    /// End of the simulation, s.
     pub end_time: f64,
-    /// Number of equal steps of the outputs over the time.
+    /// Number of output intervals, equal in length.
     pub samples: usize,
-    /// Time budget, s.
+    /// Budget of run time, s.
     pub time_budget_s: f64,
 }
 
-/// Samples where a study names no number.
+/// Default number of output intervals.
 pub const DEFAULT_SAMPLES: u32 = 1000;
 
-/// Seconds that the work of a motion may take where a study names no time.
+/// Default budget of run time, s.
 pub const DEFAULT_TIME_BUDGET_S: f64 = 3600.0;
 
 impl SimulationSetup {
-    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files are tooth pairs or follow
-    /// their load.
+    /// Assembles the model, computes the initial state and resolves the outputs. If the method locates events, meshes of gear files
+    /// consist of tooth pairs or follow their load table.
     ///
     /// # Errors
-    /// What has no motion in time; names that do not exist; a study without an end.
+    /// The machine has no equations of motion; a name does not exist; the study has no end time.
     pub fn new(
         prepared_machine: &PreparedMachine,
         begin: &InitialConditions,
         study: &SimulateStudy,
     ) -> Result<SimulationSetup, Error> {
-        let locates = match &study.method {
+        let locates_events = match &study.method {
             Some(name) => method_by_name(name).is_some_and(|method| method.locates_events),
             None => study.step.is_none(),
         };
-        match locates {
+        match locates_events {
             true => SimulationSetup::of_machine(prepared_machine, None, begin, study),
-            false => SimulationSetup::of_whole_meshes(prepared_machine, begin, study),
+            false => SimulationSetup::with_single_spring_meshes(prepared_machine, begin, study),
         }
     }
 
-    /// The same with every mesh as one spring whatever the method, so that methods with and without events solve one problem.
+    /// As [`SimulationSetup::new`] with every mesh as one spring, so that methods with and without event location solve the same problem.
     ///
     /// # Errors
-    /// As [`SimulationSetup::new`].
-    pub fn of_whole_meshes(
+    /// Errors of [`SimulationSetup::new`].
+    pub fn with_single_spring_meshes(
         prepared_machine: &PreparedMachine,
         begin: &InitialConditions,
         study: &SimulateStudy,
@@ -83,7 +83,7 @@ impl SimulationSetup {
         SimulationSetup::of_machine(prepared_machine, Some(&machine), begin, study)
     }
 
-    /// The setup of a prepared machine, or of one that differs from it in the springs of its meshes.
+    /// Setup of a prepared machine, or of `other`, which differs from it in the springs of its meshes.
     fn of_machine(
         prepared_machine: &PreparedMachine,
         other: Option<&Machine>,
@@ -97,9 +97,9 @@ impl SimulationSetup {
         if !(until.is_finite() && until > 0.0) {
             let error = Error::new(
                 Code::OutOfRange,
-                format!("a motion until {until} s cannot be"),
+                format!("a duration of {until} s is not possible"),
             );
-            return Err(error.with_hint("--until takes a time above zero"));
+            return Err(error.with_hint("give --until a time above zero"));
         }
         let PreparedMachine {
             machine,
@@ -109,7 +109,7 @@ impl SimulationSetup {
         let machine = other.unwrap_or(machine);
         let speeds = match machine.speeds.is_empty() && study.speed.is_none() {
             true => None,
-            false => Some(spinning(machine, kinematics, study.speed)?),
+            false => Some(spin_speeds(machine, kinematics, study.speed)?),
         };
         let shifted;
         let machine = match study.speed {
@@ -120,7 +120,7 @@ impl SimulationSetup {
             }
         };
         if begin.at == InitialState::Steady {
-            refuse_wound_supports(machine, speeds.as_deref().unwrap_or_default())?;
+            check_steady_supports(machine, speeds.as_deref().unwrap_or_default())?;
         }
         let model = assemble(
             machine,
@@ -130,27 +130,27 @@ impl SimulationSetup {
             speeds.as_deref(),
         )?;
         let linear_model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
-        let mut start =
+        let mut state =
             initial_state::initial_state(&model, &linear_model, speeds.as_deref(), begin.at, 0.0)?;
         let n = model.model.coordinate_count();
-        let carried = model.prescribed_motion(0.0);
-        for (list, offset) in [(&begin.angles, 0), (&begin.speeds, n)] {
-            for (name, value) in list {
-                let stays = machine
+        let prescribed = model.prescribed_motion(0.0);
+        for (values, offset) in [(&begin.angles, 0), (&begin.speeds, n)] {
+            for (name, value) in values {
+                let independent = machine
                     .dof(&name.text)
                     .and_then(|f| linear_model.independent_dofs.iter().position(|&i| i == f));
-                if let Some(None) = stays.map(|i| model.coordinate_index(i)) {
+                if let Some(None) = independent.map(|i| model.coordinate_index(i)) {
                     let message = format!(
-                        "`{}` has no start of its own: it moves as a motor prescribes, or has no inertia and follows its neighbours",
+                        "`{}` has no initial state: its motion is prescribed by a motor, or it has no inertia",
                         name.text
                     );
                     return Err(Error::new(Code::Conflict, message)
                         .with_span(&name.span)
-                        .with_hint("leave its start out"));
+                        .with_hint("omit its initial state"));
                 }
-                let Some(j) = stays.and_then(|i| model.coordinate_index(i)) else {
+                let Some(j) = independent.and_then(|i| model.coordinate_index(i)) else {
                     let message = format!(
-                        "`{}` is not an independent degree of freedom: rigid joints tie it to another, or it does not exist",
+                        "`{}` is not an independent degree of freedom: it is rigidly joined to another, or does not exist",
                         name.text
                     );
                     let hint = format!(
@@ -163,20 +163,20 @@ impl SimulationSetup {
                         .with_span(&name.span)
                         .with_hint(hint));
                 };
-                let known = if offset == 0 {
-                    carried[j].0
+                let offset_value = if offset == 0 {
+                    prescribed[j].0
                 } else {
-                    carried[j].1
+                    prescribed[j].1
                 };
-                start[offset + j] = *value - known;
+                state[offset + j] = *value - offset_value;
             }
         }
         let outputs = select_outputs(prepared_machine, &model, &study.outputs)?;
         let samples = study.samples.unwrap_or(DEFAULT_SAMPLES) as usize;
-        debug_assert_eq!(start.len(), model.model.len());
+        debug_assert_eq!(state.len(), model.model.len());
         Ok(SimulationSetup {
             model,
-            initial_state: start,
+            initial_state: state,
             outputs,
             end_time: until,
             samples,
@@ -185,50 +185,50 @@ impl SimulationSetup {
     }
 }
 
-/// Refuses a steady start of a body that turns and that a torsional support to ground holds. Linear studies take the support about the mean
-/// turn; a motion in time holds the whole turn and would wind it up.
-fn refuse_wound_supports(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
-    let wound = machine.branches.iter().find_map(|branch| {
+/// Rejects a steady start of a rotating body with a torsional support to ground. Linear studies apply the support to oscillations about the
+/// mean rotation; a simulation applies it to the total angle and would wind it up.
+fn check_steady_supports(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
+    let support = machine.branches.iter().find_map(|branch| {
         let BranchLaw::Linear { stiffness, .. } = branch.law else {
             return None;
         };
-        let turns = |t: &(usize, f64)| speeds.get(t.0).is_some_and(|speed| *speed != 0.0);
-        let dof = branch.direction.terms.iter().find(|t| turns(t))?.0;
+        let rotates = |t: &(usize, f64)| speeds.get(t.0).is_some_and(|speed| *speed != 0.0);
+        let dof = branch.direction.terms.iter().find(|t| rotates(t))?.0;
         (stiffness != 0.0 && supports_turning(machine, branch)).then_some((branch, dof))
     });
-    let Some((branch, dof)) = wound else {
+    let Some((branch, dof)) = support else {
         return Ok(());
     };
     let element = &machine.elements[branch.element];
     let message = format!(
-        "a steady start turns {} at {:.1} rpm, and the `k_theta` of `{}` to ground would wind up",
+        "a steady start turns {} at {:.1} rpm, which winds up the `k_theta` of `{}` to ground",
         machine.dof_name(dof),
         speeds[dof] * 60.0 / TAU,
         element.name
     );
     Err(Error::new(Code::Conflict, message)
         .with_span(&element.span)
-        .with_hint("start at rest for the motion about the mean turn, or drive the body by a [[motor]] and leave `k_theta` out"))
+        .with_hint("start at rest for the motion about the mean rotation, or drive the body by a [[motor]] and omit `k_theta`"))
 }
 
-/// The machine with its motors set to other speeds, as a converter does: the same torque at the same slip.
+/// Machine with its motors at other speeds, rad/s, as with a frequency converter: the same torque at the same slip.
 fn at_speed(
     machine: &Machine,
     kinematics: &Kinematics,
     speeds: Option<&[f64]>,
 ) -> Result<Machine, Error> {
     let mut machine = machine.clone();
-    let before = match machine.speeds.is_empty() {
+    let stated = match machine.speeds.is_empty() {
         true => None,
         false => Some(mean_speeds(&machine, kinematics, None)?),
     };
     for motor in &mut machine.motors {
-        let speed = |list: Option<&[f64]>| list.map_or(0.0, |s| s[motor.dof]);
-        let (old, new) = (speed(before.as_deref()), speed(speeds));
+        let speed = |speeds_of: Option<&[f64]>| speeds_of.map_or(0.0, |s| s[motor.dof]);
+        let (old, new) = (speed(stated.as_deref()), speed(speeds));
         match &mut motor.drive {
             MotorModel::Curve { curve, .. } => *curve = shift_curve(curve, new - old),
-            MotorModel::Speed(course) if old != 0.0 => {
-                course.points.iter_mut().for_each(|p| p.1 *= new / old);
+            MotorModel::Speed(law) if old != 0.0 => {
+                law.points.iter_mut().for_each(|p| p.1 *= new / old);
             }
             MotorModel::Speed(_) | MotorModel::Angle(_) => {}
         }
@@ -236,12 +236,12 @@ fn at_speed(
     Ok(machine)
 }
 
-/// A torque curve moved along its speeds.
-fn shift_curve(curve: &TorqueSpeedCurve, by: f64) -> TorqueSpeedCurve {
+/// Torque–speed curve shifted by a speed, rad/s.
+fn shift_curve(curve: &TorqueSpeedCurve, shift: f64) -> TorqueSpeedCurve {
     match curve {
         TorqueSpeedCurve::Linear { stall, idle } => TorqueSpeedCurve::Linear {
-            stall: stall * (idle + by) / idle,
-            idle: idle + by,
+            stall: stall * (idle + shift) / idle,
+            idle: idle + shift,
         },
         TorqueSpeedCurve::Induction {
             pull_out,
@@ -249,11 +249,11 @@ fn shift_curve(curve: &TorqueSpeedCurve, by: f64) -> TorqueSpeedCurve {
             synchronous,
         } => TorqueSpeedCurve::Induction {
             pull_out: *pull_out,
-            slip: slip * synchronous / (synchronous + by),
-            synchronous: synchronous + by,
+            slip: slip * synchronous / (synchronous + shift),
+            synchronous: synchronous + shift,
         },
         TorqueSpeedCurve::Table(points) => {
-            TorqueSpeedCurve::Table(points.iter().map(|p| (p.0 + by, p.1)).collect())
+            TorqueSpeedCurve::Table(points.iter().map(|p| (p.0 + shift, p.1)).collect())
         }
     }
 }

@@ -36,11 +36,11 @@ pub fn plan(
     ];
     if let Some(known) = &setup.model.prescribed {
         let moved = |m: &PrescribedMotion| {
-            let name = &known.whole.coordinates[m.coordinate];
+            let name = &known.full_model.coordinates[m.coordinate];
             format!("{name} by {}", m.name)
         };
         let moved: Vec<String> = known.motions.iter().map(moved).collect();
-        let message = format!("{}: known in time, so no unknown", moved.join(", "));
+        let message = format!("{}: prescribed, not an unknown", moved.join(", "));
         rows.push(("prescribed motion", StageDecision::LeftOut(message)));
     }
     rows.extend([
@@ -56,7 +56,7 @@ pub fn plan(
                 if study.running.history {
                     "kept"
                 } else {
-                    "seen, none kept,"
+                    "computed, not stored,"
                 },
                 setup.samples + 1,
                 crate::base::quantity::format_time(setup.end_time / setup.samples as f64),
@@ -89,7 +89,7 @@ pub fn plan(
         "energy balance",
         match study.energy {
             true => StageDecision::Runs(
-                "powers added up along the motion, between switches and kinks".to_string(),
+                "powers integrated over the motion, between switches and kinks".to_string(),
             ),
             false => StageDecision::LeftOut("not requested".to_string()),
         },
@@ -106,17 +106,17 @@ fn sensitivity(
     if study.no_sensitivity {
         return StageDecision::LeftOut("not requested".to_string());
     }
-    if model.superposes() {
+    if model.is_linear_in_state() {
         let why = "the equations are linear in the state: differences of motions do not depend on the motion";
         return StageDecision::LeftOut(why.to_string());
     }
     StageDecision::Runs(match choice.method.step_control {
-        StepControl::Exact => "a second run from a changed start, for as much time again".to_string(),
+        StepControl::Exact => "a second run from a perturbed initial state, for the same time again".to_string(),
         StepControl::Adaptive => {
-            "a second run from a changed start with ten times the tolerance, for 0.6 to 1 times the time; where digits are lost, a third for as much time again".to_string()
+            "a second run from a perturbed initial state with ten times the tolerance, for 0.6 to 1 times the time; if digits are lost, a third for the same time again".to_string()
         }
         StepControl::Fixed => {
-            "a second run from a changed start with 0.8 times the step, for 1.25 times the time; where digits are lost, a third for as much time again".to_string()
+            "a second run from a perturbed initial state with 0.8 times the step, for 1.25 times the time; if digits are lost, a third for the same time again".to_string()
         }
     })
 }

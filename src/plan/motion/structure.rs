@@ -32,8 +32,8 @@ pub fn structure_text(model: &DynamicModel) -> String {
         .partition(|b| b.follows_load());
     part(
         followers.len(),
-        "stiffness that follows its load",
-        "stiffnesses that follow their loads",
+        "load-dependent stiffness",
+        "load-dependent stiffnesses",
     );
     let (steps, smooth): (Vec<_>, Vec<_>) = waves.into_iter().partition(|b| {
         b.stiffness_wave
@@ -53,18 +53,18 @@ pub fn structure_text(model: &DynamicModel) -> String {
     );
     part(
         count(&|l| matches!(l, ForceLaw::Clutch { .. })),
-        "clutch pressed over time",
-        "clutches pressed over time",
+        "clutch with time-varying capacity",
+        "clutches with time-varying capacity",
     );
     part(
         count(&|l| matches!(l, ForceLaw::LoadFriction(_))),
-        "friction pair pressed by forces",
-        "friction pairs pressed by forces",
+        "friction pair with load-dependent friction",
+        "friction pairs with load-dependent friction",
     );
     part(
         count(&|l| matches!(l, ForceLaw::AngleLocked { .. })),
-        "load that follows an angle",
-        "loads that follow angles",
+        "angle-dependent load",
+        "angle-dependent loads",
     );
     part(
         count(&|l| matches!(l, ForceLaw::TorqueSpeed(_) | ForceLaw::LaggedTorque { .. })),
@@ -77,8 +77,8 @@ pub fn structure_text(model: &DynamicModel) -> String {
             .iter()
             .filter(|b| !b.angle_waves.is_empty())
             .count(),
-        "error that follows an angle",
-        "errors that follow angles",
+        "angle-dependent error",
+        "angle-dependent errors",
     );
     part(
         count(&|l| matches!(l, ForceLaw::Nonlinear { .. })),
@@ -87,8 +87,8 @@ pub fn structure_text(model: &DynamicModel) -> String {
     );
     part(
         model.signals().filter(|s| !s.is_piecewise_linear()).count(),
-        "load or motion in parabolas or bursts",
-        "loads or motions in parabolas or bursts",
+        "piecewise quadratic or burst load or motion",
+        "piecewise quadratic or burst loads or motions",
     );
     match model.is_piecewise_linear() {
         true => format!("piecewise linear ({})", parts.join(", ")),
@@ -105,7 +105,7 @@ pub fn nonlinear_text(model: &DynamicModel) -> String {
         .map(|b| b.name.as_str())
         .collect();
     match names.len() {
-        0 if model.has_massless() => "not exact: nodes without inertia stay".to_string(),
+        0 if model.has_massless() => "not exact: nodes without inertia remain".to_string(),
         0 => "not exact: a load or motion is piecewise quadratic, or oscillates for a limited time"
             .to_string(),
         count => {

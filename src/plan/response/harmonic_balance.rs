@@ -1,4 +1,4 @@
-//! Harmonic-balance study: periodic motion over speed with clearance, friction, time-varying stiffness.
+//! Harmonic-balance study: periodic motions over a speed range with clearance, friction and time-varying stiffness.
 
 use std::time::Instant;
 
@@ -25,49 +25,49 @@ use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{InitialState, MeshPhase};
 use crate::scene::study::{HarmonicBalanceStudy, MAX_ORDERS, SimulateStudy, SpeedRange};
 
-/// Periodic motions over speed.
+/// Solution curve of a harmonic-balance study with its bifurcations and instability tongues.
 pub struct HarmonicBalanceResult {
-    /// The curve with its folds and bifurcations.
+    /// Solution curve with its folds and bifurcations.
     pub curve: SolutionCurve,
-    /// Jump amplitude of every fold or bifurcation: the amplitude of the first output on the stable motion at the same speed that is
-    /// furthest from it, where there is one.
+    /// Jump amplitude of each fold or bifurcation: amplitude of the first output on the stable branch at the same speed
+    /// that differs most from it; `None` without such a branch.
     pub jumps: Vec<Option<f64>>,
     /// Names and units of the outputs.
     pub outputs: Vec<(String, &'static str)>,
-    /// Whose speed is counted.
+    /// Node whose speed defines the range.
     pub node: String,
-    /// Ratio of the speed to the fundamental frequency.
+    /// Ratio of the node speed to the fundamental frequency, both in rad/s.
     pub ratio: f64,
-    /// Requested range.
+    /// Requested speed range.
     pub range: SpeedRange,
-    /// Branches that are not linear, whose deflections were solved for.
+    /// Nonlinear branches, whose deflections are the unknowns.
     pub branches: Vec<String>,
-    /// Speeds at which a stiffness that varies feeds a motion while all contacts stay closed; or why they are not known.
+    /// Instability tongues of parametric resonance with all contacts closed, or the reason why they were not computed.
     pub instability_tongues: Result<Vec<InstabilityTongue>, String>,
-    /// Stages with what they do.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// s.
+    /// Wall-clock time, s.
     pub seconds: f64,
 }
 
-/// The most points of a curve, in those of the range: around folds it is longer than the range.
+/// Maximum number of curve points per point of the range; folds make the curve longer than the range.
 const MAX_POINTS_FACTOR: usize = 20;
 
-/// Points of the search for parametric resonances for each point of the range.
+/// Search points for instability tongues per point of the range.
 const SEARCH_POINTS_FACTOR: usize = 4;
 
-/// A study before it runs.
+/// Prepared study; `span` is the range as factors on the speed of `[speed]`.
 struct HarmonicBalanceSetup {
-    scene: SimulationSetup,
+    simulation: SimulationSetup,
     family: SpeedFamily,
     node: usize,
     ratio: f64,
     range: SpeedRange,
     span: [f64; 2],
     branches: Vec<String>,
-    /// Motions can be refined by events; or why not.
+    /// Whether solutions are refined by shooting with located events, or the reason why not.
     events: Result<(), String>,
 }
 
@@ -84,7 +84,7 @@ impl HarmonicBalanceSetup {
         let Some(&(node, _)) = machine.speeds.first() else {
             return Err(Error::new(
                 Code::UndeterminedSpeed,
-                "motions over speed need a speed that all others follow from",
+                "motions over speed need a reference speed",
             )
             .with_hint("state the speed of a node in [speed] of the model"));
         };
@@ -92,35 +92,35 @@ impl HarmonicBalanceSetup {
         let speed = speeds[node];
         let span = [range.from / speed, range.to / speed];
         if span.iter().any(|x| x.is_nan() || *x <= 0.0) {
-            let message = "the range of speeds holds standstill, where nothing repeats, or turns against [speed]";
+            let message = "the speeds include standstill or have the opposite sense to [speed]";
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("begin above zero, in the sense of [speed]"));
+                .with_hint("start above zero, in the sense of [speed]"));
         }
-        let scene = simulation_setup(prepared_machine, study)?;
-        let train = &scene.model.model;
-        if let Some(why) = algebraic::why_inertia_needed(train) {
-            return Err(Error::new(Code::Conflict, why)
-                .with_hint("give the node its inertia, however small"));
+        let simulation = simulation_setup(prepared_machine, study)?;
+        let model = &simulation.model.model;
+        if let Some(reason) = algebraic::inertia_requirement(model) {
+            return Err(Error::new(Code::Conflict, reason)
+                .with_hint("give the node an inertia, even a small one"));
         }
-        let of = |name: &String| machine.dof(name).map_or(0.0, |f| speeds[f]);
-        let coordinates: Vec<f64> = train.coordinates.iter().map(of).collect();
-        let coordinates = relative_speeds(&scene, coordinates)?;
-        let family = SpeedFamily::new(train, &coordinates)?;
+        let mean_speed = |name: &String| machine.dof(name).map_or(0.0, |f| speeds[f]);
+        let coordinates: Vec<f64> = model.coordinates.iter().map(mean_speed).collect();
+        let coordinates = relative_speeds(&simulation, coordinates)?;
+        let family = SpeedFamily::new(model, &coordinates)?;
         let active = LinearPart::new(&family).active;
         let events = if study.skip_event_refinement {
             Err("not requested".to_string())
         } else if !family.is_periodic() {
             Err(
-                "a part turns freely against a brake, a damper or a motor: no state comes back"
+                "a part turns freely against a brake, a damper or a motor: no state is periodic"
                     .to_string(),
             )
         } else {
-            unsupported_reason(train).map_or(Ok(()), Err)
+            unsupported_reason(model).map_or(Ok(()), Err)
         };
         Ok(HarmonicBalanceSetup {
             branches: active
                 .iter()
-                .map(|a| train.elements[a.branch].name.clone())
+                .map(|a| model.elements[a.branch].name.clone())
                 .collect(),
             node,
             ratio: speed / family.base,
@@ -128,16 +128,16 @@ impl HarmonicBalanceSetup {
             span,
             events,
             family,
-            scene,
+            simulation,
         })
     }
 
     fn plan(&self, study: &HarmonicBalanceStudy) -> Vec<(&'static str, StageDecision)> {
         let runs = |text: &str| StageDecision::Runs(text.to_string());
-        let out = |text: &str| StageDecision::LeftOut(text.to_string());
+        let left_out = |text: &str| StageDecision::LeftOut(text.to_string());
         let n = self.family.relative.model.coordinate_count();
         let unknowns = match self.branches.is_empty() {
-            true => "none: nothing is nonlinear here".to_string(),
+            true => "none: the machine is linear".to_string(),
             false => format!(
                 "the deflections of {}; {} eliminated order by order",
                 quoted_list(self.branches.iter().map(String::as_str)),
@@ -146,7 +146,7 @@ impl HarmonicBalanceSetup {
         };
         let orders = study
             .orders
-            .map_or("as many as the residual needs".to_string(), |n| {
+            .map_or("adapted to the residual".to_string(), |n| {
                 format!("{n}, as requested")
             });
         vec![
@@ -155,8 +155,8 @@ impl HarmonicBalanceSetup {
             (
                 "events",
                 match &self.events {
-                    Ok(()) => runs("motions are refined by shooting with every switch located"),
-                    Err(why) => out(why),
+                    Ok(()) => runs("motions are refined by shooting with all switches located"),
+                    Err(reason) => left_out(reason),
                 },
             ),
             (
@@ -170,43 +170,43 @@ impl HarmonicBalanceSetup {
                 "parametric resonances",
                 match has_varying_stiffness(&self.family.relative.model) {
                     true => runs("with all contacts closed, over the same speeds"),
-                    false => out("no stiffness varies"),
+                    false => left_out("no stiffness varies"),
                 },
             ),
         ]
     }
 }
 
-/// Mean speeds of the independent coordinates, less what prescribed motions carry them along with.
-fn relative_speeds(scene: &SimulationSetup, speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
-    let Some(prescribed) = &scene.model.prescribed else {
+/// Mean speeds of the independent coordinates relative to the prescribed motions, rad/s or m/s.
+fn relative_speeds(simulation: &SimulationSetup, speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
+    let Some(prescribed) = &simulation.model.prescribed else {
         return Ok(speeds);
     };
-    let mut carried = vec![0.0; speeds.len()];
+    let mut base_speeds = vec![0.0; speeds.len()];
     for motion in &prescribed.motions {
         let slope = motion.signal.knots.last().map_or(0.0, |k| k.slope);
         if motion.signal.knots.iter().any(|k| k.slope != slope) {
             let message = format!(
-                "{} changes its speed, and a steady motion has one",
+                "{} changes its speed; a steady motion needs a constant one",
                 motion.name
             );
             return Err(Error::new(Code::Conflict, message).with_hint("give the motor one speed"));
         }
-        for (k, &whole) in prescribed.retained.iter().enumerate() {
-            carried[k] += motion.influence[whole] * slope;
+        for (k, &coordinate) in prescribed.retained.iter().enumerate() {
+            base_speeds[k] += motion.influence[coordinate] * slope;
         }
     }
-    let relative = |(speed, carried): (f64, f64)| match (speed - carried).abs() {
-        rest if rest <= SPEED_TOLERANCE * speed.abs() => 0.0,
-        _ => speed - carried,
+    let relative = |(speed, base_speed): (f64, f64)| match (speed - base_speed).abs() {
+        difference if difference <= SPEED_TOLERANCE * speed.abs() => 0.0,
+        _ => speed - base_speed,
     };
-    Ok(speeds.into_iter().zip(carried).map(relative).collect())
+    Ok(speeds.into_iter().zip(base_speeds).map(relative).collect())
 }
 
-/// The plan of a study, row by row.
+/// Plans a study: its stages with their decisions.
 ///
 /// # Errors
-/// As for [`run`].
+/// Errors of [`run`] before it solves.
 pub fn plan(
     machine: &PreparedMachine,
     study: &HarmonicBalanceStudy,
@@ -214,33 +214,33 @@ pub fn plan(
     Ok(HarmonicBalanceSetup::new(machine, study)?.plan(study))
 }
 
-/// Runs a study; `progress` hears how far it is, 0 to 1.
+/// Runs a study; `progress` receives the completed fraction, 0 to 1.
 ///
 /// # Errors
-/// What is missing in the study or the machine; a range that is none; those of the curve.
+/// Missing entries of the study or the machine; an invalid speed range; errors of the continuation.
 pub fn run(
     machine: &PreparedMachine,
     study: &HarmonicBalanceStudy,
     progress: &mut dyn FnMut(f64),
 ) -> Result<HarmonicBalanceResult, Error> {
-    let begin = Instant::now();
+    let start = Instant::now();
     let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if !(tolerance > 0.0 && tolerance < 1.0) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("a tolerance of {tolerance} cannot be"),
+            format!("a tolerance of {tolerance} is out of range"),
         )
-        .with_hint("it lies above 0 and below 1"));
+        .with_hint("give one above 0 and below 1"));
     }
     if study.orders.is_some_and(|n| !(1..=MAX_ORDERS).contains(&n)) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("the orders of a balance count from 1 to {MAX_ORDERS}"),
+            format!("the number of orders must be from 1 to {MAX_ORDERS}"),
         ));
     }
-    let ready = HarmonicBalanceSetup::new(machine, study)?;
-    let (family, span, range) = (&ready.family, ready.span, ready.range);
-    let course = ContinuationOptions {
+    let setup = HarmonicBalanceSetup::new(machine, study)?;
+    let (family, span, range) = (&setup.family, setup.span, setup.range);
+    let continuation = ContinuationOptions {
         from: span[0] * family.base,
         to: span[1] * family.base,
         step: (span[1] - span[0]).abs() * family.base / f64::from(range.count),
@@ -249,10 +249,10 @@ pub fn run(
         max_points: MAX_POINTS_FACTOR * range.count as usize,
     };
     let options = PointOptions {
-        outputs: &ready.scene.outputs,
-        events: ready.events.is_ok(),
+        outputs: &setup.simulation.outputs,
+        events: setup.events.is_ok(),
     };
-    let curve = continue_curve(family, options, course, progress)?;
+    let curve = continue_curve(family, options, continuation, progress)?;
     let jumps = curve
         .bifurcations
         .iter()
@@ -260,25 +260,25 @@ pub fn run(
         .collect();
     let mut result = HarmonicBalanceResult {
         jumps,
-        outputs: ready
-            .scene
+        outputs: setup
+            .simulation
             .outputs
             .list
             .iter()
             .map(|o| (o.name.clone(), o.unit))
             .collect(),
-        node: machine.machine.dof_name(ready.node),
-        ratio: ready.ratio,
+        node: machine.machine.dof_name(setup.node),
+        ratio: setup.ratio,
         range,
         instability_tongues: parametric_resonances(
             &family.relative.model,
             span,
             SEARCH_POINTS_FACTOR * range.count as usize,
         ),
-        plan: machine.after_meshes(ready.plan(study)),
+        plan: machine.after_meshes(setup.plan(study)),
         diagnostics: machine.warnings(),
-        seconds: begin.elapsed().as_secs_f64(),
-        branches: ready.branches,
+        seconds: start.elapsed().as_secs_f64(),
+        branches: setup.branches,
         curve,
     };
     result.warn(machine.machine.gyroscopic.is_empty(), tolerance);
@@ -289,22 +289,22 @@ fn has_varying_stiffness(model: &DynamicModel) -> bool {
     model.elements.iter().any(|b| b.stiffness_wave.is_some())
 }
 
-/// The machine in motion with its waves at imposed speed, and the outputs.
+/// Setup of the dynamic model with stiffness waves at the imposed speed, and its outputs.
 fn simulation_setup(
     prepared_machine: &PreparedMachine,
     study: &HarmonicBalanceStudy,
 ) -> Result<SimulationSetup, Error> {
     let machine = &prepared_machine.machine;
-    let varies = |b: usize| {
+    let is_nonlinear_or_varying = |b: usize| {
         machine.branches[b].backlash > 0.0
             || machine.branches[b].stiffness_variation.is_some()
             || machine.branches[b].characteristic.is_some()
     };
-    let usual = (0..machine.branches.len())
-        .filter(|&b| varies(b))
+    let default_names = (0..machine.branches.len())
+        .filter(|&b| is_nonlinear_or_varying(b))
         .map(|b| format!("{}.deflection", machine.branch_name(b)));
     let outputs = match study.outputs.is_empty() {
-        true => usual.collect(),
+        true => default_names.collect(),
         false => study.outputs.clone(),
     };
     let motion = SimulateStudy {
@@ -312,15 +312,15 @@ fn simulation_setup(
         outputs,
         ..SimulateStudy::default()
     };
-    let start = InitialConditions {
+    let initial_conditions = InitialConditions {
         phase: MeshPhase::Speed,
         at: InitialState::Rest,
         ..InitialConditions::default()
     };
-    SimulationSetup::of_whole_meshes(prepared_machine, &start, &motion)
+    SimulationSetup::with_single_spring_meshes(prepared_machine, &initial_conditions, &motion)
 }
 
-/// Parametric resonances with all contacts closed, by factors on the speed.
+/// Instability tongues with all contacts closed, over `span` as factors on the speed.
 fn parametric_resonances(
     model: &DynamicModel,
     span: [f64; 2],
@@ -332,53 +332,53 @@ fn parametric_resonances(
     instability_tongues(model, span, points, &CancelToken::default()).map_err(|error| error.message)
 }
 
-/// Amplitude of the first output on another stable segment of the curve at ω: the furthest from that of `here`.
+/// Amplitude of the first output on the stable branch at ω that differs most from `solution`; points next to `after` are excluded.
 fn other_branch_amplitude(
     curve: &SolutionCurve,
     after: usize,
     omega: f64,
-    here: &PeriodicSolution,
+    solution: &PeriodicSolution,
 ) -> Option<f64> {
     const EXCLUDED_POINTS: usize = 2;
     let amplitude = |p: &PeriodicSolution| p.outputs.first().map(|o| o.amplitude());
-    let own = amplitude(here)?;
-    let others = curve.points.windows(2).enumerate().filter(|(at, pair)| {
-        let spans = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
+    let reference = amplitude(solution)?;
+    let stable_segments = curve.points.windows(2).enumerate().filter(|(at, pair)| {
+        let brackets = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
         at.abs_diff(after) > EXCLUDED_POINTS
-            && spans
+            && brackets
             && pair.iter().all(|p| p.unstable_count() == 0)
     });
-    let between = |(_, pair): (usize, &[PeriodicSolution])| {
+    let interpolate = |(_, pair): (usize, &[PeriodicSolution])| {
         let (a, b) = (amplitude(&pair[0])?, amplitude(&pair[1])?);
         let share = (omega - pair[0].omega) / (pair[1].omega - pair[0].omega);
         Some(a + (b - a) * share)
     };
-    others
-        .filter_map(between)
-        .max_by(|a, b| (a - own).abs().total_cmp(&(b - own).abs()))
+    stable_segments
+        .filter_map(interpolate)
+        .max_by(|a, b| (a - reference).abs().total_cmp(&(b - reference).abs()))
 }
 
 impl HarmonicBalanceResult {
-    /// The speed of the node at ω, rad/s.
+    /// Speed of the node at the fundamental frequency ω, rad/s.
     pub fn speed(&self, omega: f64) -> f64 {
         omega * self.ratio
     }
 
-    /// Points found by events, and by orders alone.
+    /// Numbers of points refined by shooting and by harmonic balance alone.
     pub fn refinement_counts(&self) -> (usize, usize) {
-        let exact = self
+        let shooting = self
             .curve
             .points
             .iter()
             .filter(|p| p.refinement == Refinement::Shooting)
             .count();
-        (exact, self.curve.points.len() - exact)
+        (shooting, self.curve.points.len() - shooting)
     }
 
-    fn warn(&mut self, plain: bool, tolerance: f64) {
-        let doublings = |s: &Bifurcation| s.kind == BifurcationKind::PeriodDoubling;
-        let not_followed =
-            self.refinement_counts().0 == 0 && self.curve.bifurcations.iter().any(doublings);
+    fn warn(&mut self, is_without_gyroscopic: bool, tolerance: f64) {
+        let is_doubling = |s: &Bifurcation| s.kind == BifurcationKind::PeriodDoubling;
+        let unfollowed_doubling =
+            self.refinement_counts().0 == 0 && self.curve.bifurcations.iter().any(is_doubling);
         let mut warn = |code, message: String, hint: &str| {
             self.diagnostics.push(Diagnostic {
                 code,
@@ -387,7 +387,7 @@ impl HarmonicBalanceResult {
             });
         };
         if let Some(error) = &self.curve.stopped_by {
-            let reached = self
+            let last_rpm = self
                 .curve
                 .points
                 .last()
@@ -396,8 +396,8 @@ impl HarmonicBalanceResult {
                 / std::f64::consts::PI;
             warn(
                 "curve-lost",
-                format!("the curve was lost at {reached:.6} rpm: {}", error.message),
-                "the motion may stop repeating there; simulate in time, or begin from the other side",
+                format!("the curve ends at {last_rpm:.6} rpm: {}", error.message),
+                "the motion may not be periodic beyond; simulate in time, or start from the other end",
             );
         }
         if self.curve.order_limited {
@@ -410,23 +410,23 @@ impl HarmonicBalanceResult {
             warn(
                 "orders-limited",
                 format!(
-                    "the balance would need more orders than it takes: those left out add up to {worst:.1e}, not {tolerance:.1e}"
+                    "the balance needs more orders than its limit: the omitted ones sum to {worst:.1e} (tolerance {tolerance:.1e})"
                 ),
-                "motions refined by events do not depend on it; of the others take as many digits as that",
+                "motions refined by events are not affected; the others have an error of that size",
             );
         }
-        if not_followed {
+        if unfollowed_doubling {
             warn(
                 "doubling",
-                "motions of two periods begin at a period doubling, and are followed only where motions are refined by events".to_string(),
-                "simulate in time just beyond the doubling to see one",
+                "motions of two periods begin at a period doubling and are followed only if motions are refined by events".to_string(),
+                "simulate in time just beyond the doubling",
             );
         }
-        if !plain {
+        if !is_without_gyroscopic {
             warn(
                 "gyroscopic",
-                "gyroscopic terms are those of the speed in [speed] at all speeds".to_string(),
-                "take a narrower range around that speed",
+                "gyroscopic terms of the speed in [speed] are used at all speeds".to_string(),
+                "use a narrower range around that speed",
             );
         }
     }

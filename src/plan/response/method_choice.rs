@@ -69,11 +69,11 @@ pub fn choose_method(machine: &PreparedMachine, study: &ResponseStudy) -> Respon
         None if n <= MAX_DIRECT_DOFS => said(ResponseMethod::Direct, "few degrees of freedom"),
         None if n > MAX_MODAL_DOFS || (!full && lined < taken_apart) => said(
             ResponseMethod::Direct,
-            "all modes of so many degrees of freedom would take longer",
+            "all modes of this number of degrees of freedom take longer",
         ),
         None if unequal => said(
             ResponseMethod::Direct,
-            "loss factors that differ from branch to branch leave no modes that come apart",
+            "loss factors that differ between branches couple the modes",
         ),
         None => said(
             ResponseMethod::Modal,
@@ -111,7 +111,7 @@ pub fn check_budget(
         return Ok(());
     }
     let message = format!(
-        "{what} of {n} coordinates would take about {} and {:.1} GB in full matrices, and {} and {:.0} GB are allowed",
+        "{what} of {n} coordinates would take about {} and {:.1} GB in full matrices (limits {} and {:.0} GB)",
         format_duration(seconds),
         1e-9 * room,
         format_duration(DEFAULT_TIME_BUDGET_S),
@@ -119,7 +119,7 @@ pub fn check_budget(
     );
     let hint = match (choice.method, full) {
         (ResponseMethod::Modal, false) => {
-            "leave --method modal out: lines go by what is not zero alone"
+            "omit --method modal: lines are solved by sparse matrices"
         }
         _ => {
             "give branches a damping_ratio or c in place of the damping of modes, or model the machine with fewer coordinates"
@@ -160,7 +160,7 @@ pub fn plan(
             "dynamic stiffness",
             match modal {
                 true => runs(
-                    "solved at 5 lines, to measure the error of the sum over modes".to_string(),
+                    "solved at 5 lines to measure the error of modal superposition".to_string(),
                 ),
                 false => runs(format!("solved at {}", pluralise(lines, "line"))),
             },
@@ -172,7 +172,7 @@ pub fn plan(
     });
     rows.push((
         "peaks",
-        runs("found between the lines and near every natural frequency".to_string()),
+        runs("sought between the lines and near every natural frequency".to_string()),
     ));
     rows.push((
         "strain energy",

@@ -1,4 +1,4 @@
-//! Frequency-response study: lines, resonance peaks, strain energy at the peaks.
+//! Frequency-response study: responses at spectral lines, resonance peaks, strain energy at the peaks.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::base::quantity::{format_duration, quotient_unit};
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
 use crate::numeric::Complex;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::modes_run::run as run_modes;
 use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
@@ -24,53 +24,53 @@ use crate::response::strain_energy::StrainEnergy;
 use crate::response::system::natural_frequencies;
 use crate::scene::study::{ModesStudy, ResponseQuantity, ResponseStudy};
 
-/// Frequency responses with their peaks.
+/// Frequency responses of a study with their resonance peaks.
 pub struct ResponseResult {
-    /// Hz.
+    /// Frequencies of the spectral lines, Hz, ascending.
     pub frequency_hz: Vec<f64>,
-    /// Response of every input and output.
+    /// Response of every output to every input, the outputs of one input in sequence.
     pub pairs: Vec<ResponseCurve>,
-    /// Frequencies of the plots' lines, Hz: closer where the curves need it; empty unless plots are wanted.
-    pub drawn_hz: Vec<f64>,
-    /// Why it was found so.
+    /// Frequencies of the plotted curves, Hz, ascending: refined near the peaks; empty without plots.
+    pub plot_frequency_hz: Vec<f64>,
+    /// Method with the reason for its choice.
     pub choice: ResponseMethodChoice,
-    /// Solver.
+    /// Linear solver.
     pub solver: SolverKind,
     /// Statistics of the solution.
     pub stats: ResponseStats,
-    /// Stages with what they do.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A response of one output to one input.
+/// Frequency response of one output to one input.
 pub struct ResponseCurve {
-    /// The input.
+    /// Name of the input.
     pub input: String,
-    /// The output.
+    /// Name of the output.
     pub output: String,
-    /// The unit, `rad/(N·m)`; 1 where both are alike.
+    /// Unit of the response, such as `rad/(N·m)`; 1 if both units are equal.
     pub unit: String,
-    /// By line.
+    /// Response at each spectral line.
     pub values: Vec<Complex>,
-    /// By line of the plots.
+    /// Response at each of [`ResponseResult::plot_frequency_hz`].
     pub plotted: Vec<Complex>,
-    /// At 0 Hz, where that exists and is not zero.
+    /// Magnitude at 0 Hz, if it exists and is not zero.
     pub static_response: Option<f64>,
-    /// Peaks, ascending.
+    /// Resonance peaks, ascending in frequency.
     pub peaks: Vec<ResonancePeak>,
 }
 
-/// A peak and what is strained there.
+/// Resonance peak with the element of highest strain energy.
 pub struct ResonancePeak {
-    /// The peak.
+    /// Frequency, height and half-power band of the peak.
     pub peak: ResponsePeak,
-    /// The element with the largest share of the strain energy, and the share.
+    /// Index of the element with the largest share of the strain energy, and that share.
     pub dominant_element: Option<(usize, f64)>,
 }
 
-/// Band of a study, rad/s, with its inputs and outputs.
+/// Frequency band of a study, rad/s, with its inputs and outputs.
 fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
         return Err(Error::new(Code::Usage, "no frequencies are stated")
@@ -82,11 +82,11 @@ fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f6
         &study.outputs,
         &study.fixed_dofs,
     )?;
-    for (list, flag, example) in [
+    for (count, flag, example) in [
         (ports.inputs.len(), "input", "motor.theta"),
         (ports.outputs.len(), "output", "workpiece.theta"),
     ] {
-        if list == 0 {
+        if count == 0 {
             let hint = format!(
                 "add --{flag} NAME, or `{flag}s` to the study; names are such as {example}"
             );
@@ -96,11 +96,11 @@ fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f6
     Ok((band, ports))
 }
 
-/// Refuses what [`run`] would refuse before it solves anything.
+/// Checks a study as [`run`] does before it solves.
 ///
 /// # Errors
-/// What is missing in the study; names that do not exist; speeds that do not fit; what would take too long.
-pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
+/// Missing entries of the study; unknown names; invalid speeds; a forecast beyond the time budget.
+pub fn check_study(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
     request(machine, study)?;
     machine.speeds_at(study.speed)?;
     method_choice::check_budget(
@@ -110,19 +110,19 @@ pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Er
     )
 }
 
-/// Runs a study; `plotted`: plots are wanted of it.
+/// Runs a study; `with_plots` requests the refined curves of the plots.
 ///
 /// # Errors
-/// What is missing in the study; names that do not exist; those of the solution.
+/// Missing entries of the study; unknown names; errors of the solver.
 pub fn run(
     prepared_machine: &PreparedMachine,
     study: &ResponseStudy,
-    drawn: bool,
+    with_plots: bool,
 ) -> Result<ResponseResult, Error> {
     let start = Instant::now();
     let PreparedMachine {
         machine,
-        model: linear,
+        model: linear_model,
         ..
     } = prepared_machine;
     let ((from, to), mut ports) = request(prepared_machine, study)?;
@@ -131,54 +131,54 @@ pub fn run(
         .iter_mut()
         .for_each(|port| convert_motion(port, study.motion_quantity));
     let speeds = prepared_machine.speeds_at(study.speed)?;
-    let model = prepared_machine.frequency_setting(speeds.as_deref());
+    let model = prepared_machine.operating_model(speeds.as_deref());
     let choice = method_choice::choose_method(prepared_machine, study);
     method_choice::check_budget(prepared_machine, study, &choice)?;
     let lines = study.lines.unwrap_or(method_choice::DEFAULT_LINES);
-    let step = (to - from) / f64::from(lines - 1);
+    let spacing = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines)
         .map(|k| {
             if k + 1 == lines {
                 to
             } else {
-                from + step * f64::from(k)
+                from + spacing * f64::from(k)
             }
         })
         .collect();
     let mut solver = ResponseSolver::new(&model, &ports, choice.method)?;
     solver.check(&omega)?;
-    let allowed = CancelToken::default().with_budget(DEFAULT_TIME_BUDGET_S);
-    let line = |(k, &w): (usize, &f64)| {
-        let done = k as f64 / omega.len() as f64;
-        match allowed.forecast_overrun(done) {
+    let budget = CancelToken::default().with_budget(DEFAULT_TIME_BUDGET_S);
+    let solve_line = |(k, &w): (usize, &f64)| {
+        let fraction = k as f64 / omega.len() as f64;
+        match budget.forecast_overrun(fraction) {
             Some(forecast) => Err(budget_error(forecast, k)),
             None => solver.response_at(w),
         }
     };
-    let lined = omega.iter().enumerate().map(line);
-    let values = lined.collect::<Result<Vec<_>, Error>>()?;
+    let solutions = omega.iter().enumerate().map(solve_line);
+    let values = solutions.collect::<Result<Vec<_>, Error>>()?;
 
     let natural = natural_frequencies(&model, &ports, (from, to));
     let strain = StrainEnergy::new(&model, &ports)?;
-    let damped = linear.is_damped(machine);
+    let damped = linear_model.is_damped(machine);
     let mut pairs = Vec::new();
     for (i, input) in ports.inputs.iter().enumerate() {
         for (o, output) in ports.outputs.iter().enumerate() {
-            let value: Vec<Complex> = values.iter().map(|h| h[(o, i)]).collect();
-            let sizes: Vec<(f64, f64)> = omega
+            let curve: Vec<Complex> = values.iter().map(|h| h[(o, i)]).collect();
+            let magnitudes: Vec<(f64, f64)> = omega
                 .iter()
-                .zip(&value)
+                .zip(&curve)
                 .map(|(&w, z)| (w, z.norm()))
                 .collect();
-            let height = |w: f64| Ok(solver.response_at(w)?[(o, i)].norm());
-            let found = match damped {
-                true => peaks::find_peaks(&sizes, &natural, height)?,
+            let magnitude_at = |w: f64| Ok(solver.response_at(w)?[(o, i)].norm());
+            let curve_peaks = match damped {
+                true => peaks::find_peaks(&magnitudes, &natural, magnitude_at)?,
                 false => Vec::new(),
             };
-            // A force at rest that only rounding leaves is none.
-            let largest = sizes.iter().fold(0.0f64, |m, s| m.max(s.1));
-            let at_rest = solver.response_at(0.0).ok().map(|h| h[(o, i)].norm());
-            let strained = |peak: ResponsePeak| {
+            // A static response within rounding counts as zero.
+            let largest = magnitudes.iter().fold(0.0f64, |m, s| m.max(s.1));
+            let static_magnitude = solver.response_at(0.0).ok().map(|h| h[(o, i)].norm());
+            let with_strain_energy = |peak: ResponsePeak| {
                 Ok(ResonancePeak {
                     dominant_element: (strain.energies(peak.omega, &[(i, Complex::ONE)])?)
                         .largest_share(),
@@ -190,24 +190,24 @@ pub fn run(
                 output: output.name.clone(),
                 plotted: Vec::new(),
                 unit: quotient_unit(output.unit, input.unit),
-                static_response: at_rest.filter(|h| *h > ROUNDING * largest),
-                values: value,
-                peaks: found
+                static_response: static_magnitude.filter(|h| *h > ROUNDING * largest),
+                values: curve,
+                peaks: curve_peaks
                     .into_iter()
-                    .map(strained)
+                    .map(with_strain_energy)
                     .collect::<Result<_, Error>>()?,
             });
         }
     }
-    let mut drawn_hz = Vec::new();
-    if drawn {
-        let course = refine(&omega, values, &half_power_widths(&pairs), |w| {
+    let mut plot_frequency_hz = Vec::new();
+    if with_plots {
+        let refined = refine(&omega, values, &half_power_widths(&pairs), |w| {
             solver.response_at(w)
         });
-        drawn_hz = course.omega.iter().map(|w| w / TAU).collect();
+        plot_frequency_hz = refined.omega.iter().map(|w| w / TAU).collect();
         for (k, pair) in pairs.iter_mut().enumerate() {
             let (i, o) = (k / ports.outputs.len(), k % ports.outputs.len());
-            pair.plotted = course.values.iter().map(|h| h[(o, i)]).collect();
+            pair.plotted = refined.values.iter().map(|h| h[(o, i)]).collect();
         }
     }
     let mut diagnostics = prepared_machine.warnings();
@@ -215,13 +215,13 @@ pub fn run(
     if !damped {
         diagnostics.push(Diagnostic {
             code: "undamped",
-            message: "nothing damps this machine: its peaks are infinite and none is listed".to_string(),
+            message: "this machine has no damping: its peaks are infinite and not listed".to_string(),
             hint: Some("give branches a damping_ratio or c, or see `geardyn modes` for the natural frequencies".to_string()),
         });
     }
     Ok(ResponseResult {
         frequency_hz: omega.iter().map(|w| w / TAU).collect(),
-        drawn_hz,
+        plot_frequency_hz,
         pairs,
         solver: solver.kind(),
         stats: ResponseStats {
@@ -234,23 +234,23 @@ pub fn run(
     })
 }
 
-/// The warning of roots that grow, where anything could feed them.
+/// Warning of an instability, evaluated only if negative damping, a force law or gyroscopic terms can cause it.
 fn unstable(
     prepared_machine: &PreparedMachine,
     speed: Option<f64>,
 ) -> Result<Option<Diagnostic>, Error> {
     let (machine, linear) = (&prepared_machine.machine, &prepared_machine.model);
-    let turns = speed.is_some_and(|speed| speed != 0.0) && !machine.gyroscopic.is_empty();
-    let fed = linear
+    let gyroscopic = speed.is_some_and(|speed| speed != 0.0) && !machine.gyroscopic.is_empty();
+    let has_source = linear
         .branches
         .iter()
         .any(|b| b.damping < 0.0 || b.loss_factor < 0.0 || b.force.is_some());
-    if !(turns || fed || !linear.is_sum_of_squares()) || linear.n > MAX_COMPLEX_ORDER {
+    if !(gyroscopic || has_source || !linear.is_sum_of_squares()) || linear.n > MAX_COMPLEX_ORDER {
         return Ok(None);
     }
     let study = ModesStudy {
         damped: true,
-        speed: speed.filter(|_| turns),
+        speed: speed.filter(|_| gyroscopic),
         ..ModesStudy::default()
     };
     let result = run_modes(
@@ -272,34 +272,34 @@ fn budget_error(forecast: BudgetForecast, lines: usize) -> Error {
         .with_hint("request fewer --lines, or model the machine with fewer coordinates")
 }
 
-/// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.
+/// Frequencies and half-power widths of all peaks, rad/s; 1 % of the frequency if a neighbouring peak hides the width.
 fn half_power_widths(pairs: &[ResponseCurve]) -> Vec<(f64, f64)> {
     const DEFAULT_WIDTH: f64 = 1e-2;
-    let all = pairs.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
+    let peaks = pairs.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
     let width = |p: ResponsePeak| {
         p.half_power
             .map_or(DEFAULT_WIDTH * p.omega, |(low, high)| high - low)
     };
-    let mut all: Vec<(f64, f64)> = all.map(|p| (p.omega, width(p))).collect();
-    // Peaks of several responses at one mode have one circle.
-    sort_rising(&mut all, |a| a.0);
-    all.dedup_by(|a, b| (a.0 - b.0).abs() < 0.1 * b.1);
-    all
+    let mut widths: Vec<(f64, f64)> = peaks.map(|p| (p.omega, width(p))).collect();
+    // Peaks of several responses at the same mode count once.
+    sort_ascending(&mut widths, |a| a.0);
+    widths.dedup_by(|a, b| (a.0 - b.0).abs() < 0.1 * b.1);
+    widths
 }
 
-/// Rounding as a share of the largest value of a response: less is zero.
+/// Rounding relative to the largest value of a response; a smaller static response is zero.
 const ROUNDING: f64 = 1e-9;
 
-/// A motion as displacement, speed or acceleration.
-fn convert_motion(port: &mut Port<ResponseOutput>, shown: Option<ResponseQuantity>) {
-    let (ResponseOutput::Sum(_, times), Some(shown)) = (&mut port.kind, shown) else {
+/// Converts a motion output to displacement, velocity or acceleration.
+fn convert_motion(port: &mut Port<ResponseOutput>, quantity: Option<ResponseQuantity>) {
+    let (ResponseOutput::Sum(_, derivative), Some(quantity)) = (&mut port.kind, quantity) else {
         return;
     };
-    let turns = port.unit.starts_with("rad");
-    let order = shown.derivative_order();
-    let units = match turns {
+    let is_rotational = port.unit.starts_with("rad");
+    let order = quantity.derivative_order();
+    let units = match is_rotational {
         true => ["rad", "rad/s", "rad/s²"],
         false => ["m", "m/s", "m/s²"],
     };
-    (*times, port.unit) = (order, units[usize::from(order)]);
+    (*derivative, port.unit) = (order, units[usize::from(order)]);
 }

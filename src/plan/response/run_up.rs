@@ -22,49 +22,49 @@ use crate::scene::study::{ResponseStudy, RunUpStudy};
 pub struct RunUpResult {
     /// Speeds of the node, rad/s.
     pub speeds: Vec<f64>,
-    /// Whose speed is counted.
+    /// Node of the speeds.
     pub node: String,
     /// Names and units of the outputs.
     pub outputs: Vec<(String, &'static str)>,
-    /// Excitations: the declared errors, and without a size of their own whatever else turns or meshes; where none is declared all, of an
-    /// assumed size.
+    /// Excitation orders: the declared errors, and all other orders of meshes and shafts without amplitude; if no error is declared,
+    /// all orders have the assumed amplitude.
     pub excitations: Vec<OrderExcitation>,
-    /// The size assumed of every excitation, m, where no error is declared.
-    pub assumed: Option<f64>,
-    /// Degrees of freedom that are held still.
+    /// Amplitude assumed for every excitation if no error is declared, m.
+    pub assumed_amplitude: Option<f64>,
+    /// Fixed degrees of freedom.
     pub fixed_dofs: Vec<String>,
-    /// Amplitudes by output, excitation and speed; nothing of excitations without a size.
+    /// Amplitudes by output, excitation and speed; `None` for excitations without amplitude.
     pub amplitudes: AmplitudeMap,
-    /// Speed of the largest total amplitude of every output, rad/s, and that amplitude: of these speeds and the critical ones.
+    /// Speed of the largest RSS amplitude of each output, rad/s, and that amplitude, over the requested and the critical speeds.
     pub max_amplitudes: Vec<(f64, f64)>,
-    /// Critical speeds by falling response of the first output.
+    /// Critical speeds, in descending order of the amplitude of the first output.
     pub critical: Vec<CriticalSpeed>,
-    /// Method of the responses.
+    /// Method with the reason for its choice.
     pub choice: ResponseMethodChoice,
-    /// Stages with what they do.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// s.
+    /// Wall-clock time, s.
     pub seconds: f64,
 }
 
 impl RunUpResult {
-    /// Whether the size of an excitation is declared, or assumed of all.
+    /// Whether an excitation has a declared or assumed amplitude.
     pub fn is_declared(&self, excitation: usize) -> bool {
-        self.assumed.is_some() || self.excitations[excitation].declared
+        self.assumed_amplitude.is_some() || self.excitations[excitation].declared
     }
 
-    /// The root of the sum of squares over all excitations of an output at a speed: their phases are not known.
+    /// Root sum of squares over all excitations of an output at a speed, since their phases are unknown.
     pub fn rss_amplitude(&self, output: usize, speed: usize) -> f64 {
         rss_amplitude(&self.amplitudes[output], speed)
     }
 }
 
-/// Responses that a map may take.
+/// Maximum number of responses in a map.
 const MAX_RESPONSES: usize = 20_000_000;
 
-/// A study before it runs.
+/// Prepared study; `left_out` counts the excitations of open contacts.
 struct RunUpSetup {
     node: usize,
     speeds: Vec<f64>,
@@ -72,11 +72,11 @@ struct RunUpSetup {
     excitations: Vec<OrderExcitation>,
     left_out: usize,
     choice: ResponseMethodChoice,
-    /// No error is declared: every excitation has the size [`UNIT_AMPLITUDE`].
-    assumes: bool,
-    /// Outputs of the study; those behind them are the forces of the meshes.
-    requested: usize,
-    /// Meshes with their forces under the mean loads, N; none where no load or no error is stated.
+    /// No error is declared: every excitation has the amplitude [`UNIT_AMPLITUDE`].
+    is_assumed: bool,
+    /// Number of outputs of the study; the further outputs of `ports` are mesh forces.
+    n_requested: usize,
+    /// Meshes with their forces under the mean loads, N; empty without loads or declared errors.
     mean_forces: Vec<(usize, f64)>,
 }
 
@@ -93,25 +93,25 @@ impl RunUpSetup {
             return Err(error.with_hint("state `speeds`, such as 0:3000:301"));
         };
         let node = reference_dof(machine)?;
-        let all = excitations(machine, kinematics, &prepared_machine.operating)?;
-        let count = all.len();
-        // A branch that is open or joins what moves as one carries no error.
-        let carries = |e: &OrderExcitation| {
+        let sources = excitations(machine, kinematics, &prepared_machine.operating)?;
+        let count = sources.len();
+        // An open contact or a rigid branch transmits no error.
+        let transmits = |e: &OrderExcitation| {
             e.branches
                 .iter()
                 .all(|b| linear.branches.iter().any(|l| l.index == b.0))
         };
-        let excitations: Vec<OrderExcitation> = all.into_iter().filter(carries).collect();
+        let excitations: Vec<OrderExcitation> = sources.into_iter().filter(transmits).collect();
         if excitations.is_empty() {
-            let message = "nothing of this machine excites orders: it has no gears or belts that carry any load";
+            let message = "this machine excites no orders: it has no loaded gears or belts";
             return Err(Error::new(Code::Conflict, message).with_hint(
-                "add gears, or state the torques in [[load]] that close their contacts",
+                "add gears, or state in [[load]] the torques that close their contacts",
             ));
         }
         let meshes = linear.branches.iter().map(|l| l.index).filter(|b| {
             excitations
                 .iter()
-                .any(|e| e.branches.iter().any(|own| own.0 == *b))
+                .any(|e| e.branches.iter().any(|branch| branch.0 == *b))
         });
         let outputs: Vec<String> = match study.outputs.is_empty() {
             true => meshes
@@ -119,10 +119,10 @@ impl RunUpSetup {
                 .collect(),
             false => study.outputs.clone(),
         };
-        let assumes = !excitations.iter().any(|e| e.declared);
+        let is_assumed = !excitations.iter().any(|e| e.declared);
         let mut ports = Ports::parse(machine, &[], &outputs, &study.fixed_dofs)?;
-        let requested = ports.outputs.len();
-        let mean_forces = match assumes {
+        let n_requested = ports.outputs.len();
+        let mean_forces = match is_assumed {
             true => Vec::new(),
             false => mesh_forces(prepared_machine),
         };
@@ -133,13 +133,13 @@ impl RunUpSetup {
                 unit: "N",
                 kind: ResponseOutput::Force(*branch),
             }));
-        let mut driven: Vec<usize> = excitations
+        let mut excited_branches: Vec<usize> = excitations
             .iter()
             .flat_map(|e| e.branches.iter().map(|b| b.0))
             .collect();
-        driven.sort_unstable();
-        driven.dedup();
-        ports.inputs = driven
+        excited_branches.sort_unstable();
+        excited_branches.dedup();
+        ports.inputs = excited_branches
             .iter()
             .map(|&b| Port {
                 name: machine.branch_name(b),
@@ -150,14 +150,14 @@ impl RunUpSetup {
         let lines = excitations.len() * range.count as usize;
         if lines * ports.outputs.len() > MAX_RESPONSES {
             let message = format!(
-                "{} at {} are more responses than a map takes",
+                "{} at {} exceed the number of responses of a map",
                 pluralise(excitations.len(), "excitation"),
                 pluralise(range.count as usize, "speed")
             );
             return Err(Error::new(Code::BudgetExceeded, message)
                 .with_hint("request fewer speeds or outputs"));
         }
-        let asked = ResponseStudy {
+        let response_study = ResponseStudy {
             lines: Some(lines as u32),
             ..ResponseStudy::default()
         };
@@ -165,10 +165,10 @@ impl RunUpSetup {
             node,
             speeds: range.values(),
             left_out: count - excitations.len(),
-            assumes,
-            requested,
+            is_assumed,
+            n_requested,
             mean_forces,
-            choice: method_choice::choose_method(prepared_machine, &asked),
+            choice: method_choice::choose_method(prepared_machine, &response_study),
             ports,
             excitations,
         })
@@ -176,14 +176,14 @@ impl RunUpSetup {
 
     fn plan(&self, prepared_machine: &PreparedMachine) -> Vec<(&'static str, StageDecision)> {
         let declared = self.excitations.iter().filter(|e| e.declared).count();
-        let rest = self.excitations.len() - declared;
-        let orders = match self.assumes {
+        let undeclared = self.excitations.len() - declared;
+        let orders = match self.is_assumed {
             true => format!(
-                "no error is declared: {} of what meshes or turns, each assumed 1 µm",
-                pluralise(rest, "excitation")
+                "no error is declared: {} of meshes and shafts, each assumed 1 µm",
+                pluralise(undeclared, "excitation")
             ),
             false => format!(
-                "{}; {rest} more orders have no declared amplitude: only their critical speeds are given",
+                "{}; {undeclared} more orders have no declared amplitude: only their critical speeds are given",
                 pluralise(declared, "declared excitation")
             ),
         };
@@ -201,20 +201,20 @@ impl RunUpSetup {
             (
                 "critical speeds",
                 StageDecision::Runs(
-                    "where an order meets a natural frequency, with the element of highest strain energy"
+                    "where an order crosses a natural frequency, with the element of highest strain energy"
                         .to_string(),
                 ),
             ),
             (
                 "gyroscopic terms",
                 StageDecision::LeftOut(
-                    "responses are those of the machine without its spin".to_string(),
+                    "responses exclude gyroscopic effects".to_string(),
                 ),
             ),
             (
                 "varying stiffness",
                 StageDecision::LeftOut(
-                    "responses are linear: see --harmonic-balance for what it feeds".to_string(),
+                    "responses are linear: see --harmonic-balance for parametric excitation".to_string(),
                 ),
             ),
         ];
@@ -222,7 +222,7 @@ impl RunUpSetup {
             rows.push((
                 "open contacts",
                 StageDecision::LeftOut(format!(
-                    "{} in branches that carry nothing",
+                    "{} in unloaded branches",
                     pluralise(self.left_out, "excitation")
                 )),
             ));
@@ -234,41 +234,41 @@ impl RunUpSetup {
     }
 }
 
-/// Gear meshes with their forces under the mean loads, N; none where no load is stated or the loads do not balance.
+/// Gear meshes with their forces under the mean loads, N; empty if no load is stated or the loads do not balance.
 fn mesh_forces(prepared_machine: &PreparedMachine) -> Vec<(usize, f64)> {
     let PreparedMachine {
         machine,
         kinematics,
         ..
     } = prepared_machine;
-    let held: Vec<usize> = machine.speeds.iter().map(|speed| speed.0).take(1).collect();
-    let found = match machine.loads.is_empty() {
+    let prescribed: Vec<usize> = machine.speeds.iter().map(|speed| speed.0).take(1).collect();
+    let operating_point = match machine.loads.is_empty() {
         true => None,
-        false => mean_forces(machine, kinematics, &held).ok(),
+        false => mean_forces(machine, kinematics, &prescribed).ok(),
     };
     let is_mesh = |branch: usize| machine.gears.iter().any(|g| g.branches.contains(&branch));
-    let forces = found
+    let forces = operating_point
         .filter(|f| !f.accelerates)
         .map_or(Vec::new(), |f| f.forces);
-    let carrying = forces
+    let loaded_meshes = forces
         .into_iter()
         .filter(|(branch, force)| is_mesh(*branch) && *force != 0.0);
-    carrying.collect()
+    loaded_meshes.collect()
 }
 
-/// A force above zero to three digits.
+/// Formats a positive force to three significant digits.
 fn three_digits(force: f64) -> String {
     let unit = 10f64.powf(force.log10().floor() - 2.0);
     format_number((force / unit).round() * unit)
 }
 
-/// A warning of meshes whose teeth would part: the largest amplitude exceeds the mean force.
+/// Warning of contact loss in meshes whose largest force amplitude exceeds the mean force.
 fn contact_loss(
     prepared_machine: &PreparedMachine,
     mean_forces: &[(usize, f64)],
     largest: &[(f64, f64)],
 ) -> Option<Diagnostic> {
-    let parts = |((branch, mean), (speed, amplitude)): (&(usize, f64), &(f64, f64))| {
+    let report = |((branch, mean), (speed, amplitude)): (&(usize, f64), &(f64, f64))| {
         (*amplitude > mean.abs()).then(|| {
             format!(
                 "{} oscillates by {} N, the root sum of squares of its orders, about {} N at {:.0} rpm",
@@ -279,12 +279,12 @@ fn contact_loss(
             )
         })
     };
-    let parted: Vec<String> = mean_forces.iter().zip(largest).filter_map(parts).collect();
-    (!parted.is_empty()).then(|| Diagnostic {
+    let descriptions: Vec<String> = mean_forces.iter().zip(largest).filter_map(report).collect();
+    (!descriptions.is_empty()).then(|| Diagnostic {
         code: "contact-loss",
         message: format!(
-            "teeth would part, and the responses are those of teeth that stay in contact: {}",
-            parted.join(", ")
+            "teeth would separate, but the responses assume contact: {}",
+            descriptions.join(", ")
         ),
         hint: Some(
             "state the backlash and simulate these speeds, or follow them by --harmonic-balance"
@@ -293,10 +293,10 @@ fn contact_loss(
     })
 }
 
-/// The plan of a study, row by row.
+/// Plans a study: its stages with their decisions.
 ///
 /// # Errors
-/// As for [`run`].
+/// Errors of [`run`] before it solves.
 pub fn plan(
     machine: &PreparedMachine,
     study: &RunUpStudy,
@@ -307,70 +307,70 @@ pub fn plan(
 /// Runs a study.
 ///
 /// # Errors
-/// What is missing in the study; names that do not exist; machines without orders; those of the responses.
+/// Missing entries of the study; unknown names; a machine without excitation orders; errors of the responses.
 pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<RunUpResult, Error> {
     let start = Instant::now();
-    let ready = RunUpSetup::new(prepared_machine, study)?;
+    let setup = RunUpSetup::new(prepared_machine, study)?;
     let PreparedMachine {
         machine,
-        model: linear,
+        model: linear_model,
         ..
     } = prepared_machine;
-    let model = prepared_machine.frequency_setting(None);
-    let ports = &ready.ports;
-    let mut solver = ResponseSolver::new(&model, ports, ready.choice.method)?;
+    let model = prepared_machine.operating_model(None);
+    let ports = &setup.ports;
+    let mut solver = ResponseSolver::new(&model, ports, setup.choice.method)?;
     let frequencies = |speed: &f64| {
-        ready
+        setup
             .excitations
             .iter()
             .map(|e| (e.order * speed).abs())
             .collect::<Vec<f64>>()
     };
-    let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
-    solver.check(&all)?;
-    let responses = OrderResponses::new(&solver, ports, &ready.excitations, ready.assumes);
-    let mut amplitudes = responses.amplitudes(&ready.speeds)?;
-    let known = amplitudes.iter().flatten().flatten().flatten();
-    if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
+    let line_frequencies: Vec<f64> = setup.speeds.iter().flat_map(frequencies).collect();
+    solver.check(&line_frequencies)?;
+    let responses = OrderResponses::new(&solver, ports, &setup.excitations, setup.is_assumed);
+    let mut amplitudes = responses.amplitudes(&setup.speeds)?;
+    let values = amplitudes.iter().flatten().flatten().flatten();
+    if let Some(beyond) = values.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
         let message = format!("a response of {beyond:.1e} overflows");
         return Err(Error::new(Code::Overflow, message)
             .with_hint("check the units of stiffnesses, dampings and errors"));
     }
-    let damped = linear.is_damped(machine);
-    let critical = responses.critical_speeds(&model, &ready.speeds, damped)?;
-    let finite = if damped { &critical[..] } else { &[] };
-    let mut max_amplitudes = responses.largest_totals(&ready.speeds, &amplitudes, finite)?;
+    let damped = linear_model.is_damped(machine);
+    let critical = responses.critical_speeds(&model, &setup.speeds, damped)?;
+    let finite_peaks = if damped { &critical[..] } else { &[] };
+    let mut max_amplitudes = responses.largest_rss(&setup.speeds, &amplitudes, finite_peaks)?;
     let mut diagnostics = prepared_machine.warnings();
-    let of_meshes = max_amplitudes.split_off(ready.requested);
-    amplitudes.truncate(ready.requested);
+    let mesh_maxima = max_amplitudes.split_off(setup.n_requested);
+    amplitudes.truncate(setup.n_requested);
     diagnostics.extend(contact_loss(
         prepared_machine,
-        &ready.mean_forces,
-        &of_meshes,
+        &setup.mean_forces,
+        &mesh_maxima,
     ));
     if !damped {
         diagnostics.push(Diagnostic {
             code: "undamped",
-            message: "this machine has no damping: at its critical speeds every response is infinite, and none is given".to_string(),
+            message: "this machine has no damping: responses at its critical speeds are infinite and not given".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
     Ok(RunUpResult {
-        node: machine.dof_name(ready.node),
-        assumed: ready.assumes.then_some(UNIT_AMPLITUDE),
+        node: machine.dof_name(setup.node),
+        assumed_amplitude: setup.is_assumed.then_some(UNIT_AMPLITUDE),
         fixed_dofs: (ports.fixed.iter())
             .map(|&dof| machine.dof_name(dof))
             .collect(),
         outputs: ports
             .outputs
             .iter()
-            .take(ready.requested)
+            .take(setup.n_requested)
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
-        plan: prepared_machine.after_meshes(ready.plan(prepared_machine)),
-        speeds: ready.speeds,
-        excitations: ready.excitations,
-        choice: ready.choice,
+        plan: prepared_machine.after_meshes(setup.plan(prepared_machine)),
+        speeds: setup.speeds,
+        excitations: setup.excitations,
+        choice: setup.choice,
         amplitudes,
         max_amplitudes,
         critical,

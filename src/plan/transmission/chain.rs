@@ -84,7 +84,7 @@ pub(super) fn index_positions(
     let side = coincidence::connected_side(machine, element, chain.ends.output);
     if side[chain.ends.driver] {
         let message = format!(
-            "`{}` does not lie between the driver and the output",
+            "`{}` is not between the driver and the output",
             index.element
         );
         return Err(Error::new(Code::Conflict, message)

@@ -16,49 +16,49 @@ use crate::transmission::indexing::IndexingEffect;
 use crate::transmission::order_lines::{LineOrigin, OrderLine};
 use crate::transmission::speed_map::SpeedMap;
 
-/// The transmission error of a chain.
+/// Transmission error of a chain: order lines, error budget and their evaluation over speed.
 pub struct TransmissionResult {
-    /// The chain.
+    /// Transmission chain.
     pub chain: TransmissionChain,
-    /// Every line, by rising order.
+    /// Order lines, ascending in order.
     pub lines: Vec<OrderLineResult>,
-    /// Orders that coincide, by numbers of rows.
+    /// Coinciding orders, by indices into [`TransmissionResult::lines`].
     pub coincidences: Vec<OrderCoincidence>,
-    /// After so many turns of what orders are counted by everything repeats; absent where there is no line.
+    /// Period of the error, turns of the reference of the orders; `None` without lines.
     pub period: Option<Fraction>,
-    /// Branches of a rigid loop that is inconsistent with the errors, so that only elastic joints have a solution.
+    /// Branches of a rigid loop that the errors make inconsistent, so that only elastic joints have a solution.
     pub inconsistent_loop: Option<Vec<String>>,
     /// Sums and percentiles.
     pub budget: ErrorBudget,
     /// Names of the elements of the budget.
     pub elements: Vec<String>,
-    /// Dynamic budget at speed, on request.
-    pub at_speed: Option<DynamicBudget>,
-    /// Elements that could be left out, and what that takes off the root of the sum of squares and off the worst case.
+    /// Dynamic budget at speed, if requested.
+    pub dynamic_budget: Option<DynamicBudget>,
+    /// Negligible elements of the budget, and the reductions of the root sum of squares and of the worst case without them.
     pub negligible: (Vec<usize>, f64, f64),
-    /// Second order of offsets, which the lines leave out, at the output, rad.
+    /// Second-order error of eccentricities at the output, rad, which the lines neglect.
     pub second_order: f64,
-    /// Effect of each line on work that is indexed tooth by tooth.
-    pub marks: Option<Vec<IndexingEffect>>,
-    /// Lines over speed.
+    /// Effect of each line on a workpiece that is indexed tooth by tooth.
+    pub indexing_effects: Option<Vec<IndexingEffect>>,
+    /// Amplitudes of the lines over speed.
     pub map: Option<SpeedMap>,
-    /// Work of generators, cut with the lines: of this machine, and of the gears that it runs.
-    pub works: Vec<Arc<WorkResult>>,
-    /// The error over the angle.
+    /// Workpieces generated with the order lines: the work of this machine, and the gears that it contains.
+    pub workpieces: Vec<Arc<WorkResult>>,
+    /// Transmission error over the angle.
     pub record: Option<TransmissionErrorRecord>,
-    /// By how much the mean loads wind up the chain, rad.
+    /// Wind-up of the chain under the mean loads, rad.
     pub wind_up: f64,
-    /// m.
+    /// Radius at which the error is also given as an arc length, m.
     pub radius: Option<f64>,
-    /// Speed of what orders are counted by, for the error at speed, rad/s.
+    /// Speed of the reference of the orders for the dynamic error, rad/s.
     pub speed: Option<f64>,
-    /// Stages with what they do.
+    /// Stages with their decisions.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Sums at speed.
+/// Dynamic error budget at speed.
 pub struct DynamicBudget {
     /// Sums and percentiles.
     pub budget: ErrorBudget,
@@ -66,22 +66,22 @@ pub struct DynamicBudget {
     pub negligible: (Vec<usize>, f64, f64),
 }
 
-/// A line of the table.
+/// Order line with its amplitudes at the output.
 pub struct OrderLineResult {
     /// Source and order of the line.
     pub line: OrderLine,
-    /// A and ψ at the output with rigid joints, slowly, rad; absent where they would lock: a loop does not fit this line alone.
+    /// Quasi-static A and ψ at the output with rigid joints, rad; `None` if a rigid loop is inconsistent with this line alone.
     pub kinematic: Option<Complex>,
-    /// The same under load, where joints give way.
+    /// Quasi-static A and ψ at the output with elastic joints under load, rad.
     pub loaded: Complex,
-    /// The same at speed.
+    /// Dynamic A and ψ at the output at speed, rad.
     pub dynamic: Option<Complex>,
-    /// Share of the sum of squared amplitudes.
+    /// Share of the sum of squared amplitudes, 0 to 1.
     pub share: f64,
 }
 
 impl OrderLineResult {
-    /// The element that the line comes from.
+    /// Location of the declared error, or the name of the mesh.
     pub fn source(&self, machine: &Machine) -> String {
         match self.line.origin {
             LineOrigin::Declared(number) => machine.errors[number].location.clone(),
@@ -89,7 +89,7 @@ impl OrderLineResult {
         }
     }
 
-    /// Cause of the line.
+    /// Cause of the declared error, or the mesh stiffness.
     pub fn cause(&self, machine: &Machine) -> &'static str {
         match self.line.origin {
             LineOrigin::Declared(number) => machine.errors[number].cause.name(),
@@ -97,20 +97,20 @@ impl OrderLineResult {
         }
     }
 
-    /// Phase of a value of the line, degrees in (−180, 180], where it is known.
+    /// Phase of a value of the line, degrees in (−180, 180]; `None` if it is unknown or the value is zero.
     pub fn phase(&self, machine: &Machine, value: Complex) -> Option<f64> {
-        /// Rounding of a half turn backward, as a share of a turn.
+        /// Rounding of a phase of −180°, degrees.
         const ROUNDING: f64 = 1e-9;
-        let turned = match value.arg().to_degrees() {
-            half if half <= -180.0 + ROUNDING => half + 360.0,
-            other => other,
+        let degrees = match value.arg().to_degrees() {
+            angle if angle <= -180.0 + ROUNDING => angle + 360.0,
+            angle => angle,
         };
-        (self.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
+        (self.line.phase_known(machine) && value.norm() > 0.0).then_some(degrees)
     }
 }
 
 impl TransmissionResult {
-    /// Quasi-static A and ψ of a row: with rigid joints where these have a solution, in loops as the elastic joints share it out.
+    /// Quasi-static A and ψ of a row, rad: with rigid joints if they have a solution, else with elastic joints.
     pub fn quasi_static(&self, row: &OrderLineResult) -> Complex {
         match row.line.origin {
             LineOrigin::Declared(_) if self.has_rigid_solution() => row.line.quasi_static,
@@ -118,17 +118,17 @@ impl TransmissionResult {
         }
     }
 
-    /// Largest A of a row over the requested conditions: quasi-static, at speed, over speeds, rad.
+    /// Largest A of a row over the requested conditions (quasi-static, at speed, over speeds), rad.
     pub fn max_amplitude(&self, row: usize) -> f64 {
-        let slow = self.quasi_static(&self.lines[row]).norm();
+        let quasi_static = self.quasi_static(&self.lines[row]).norm();
         let at_speed = self.lines[row].dynamic.map_or(0.0, |z| z.norm());
-        let over = self.map.as_ref().map_or(0.0, |map| map.largest[row].1);
-        slow.max(at_speed).max(over)
+        let over_speeds = self.map.as_ref().map_or(0.0, |map| map.largest[row].1);
+        quasi_static.max(at_speed).max(over_speeds)
     }
 
-    /// Some line is another under load than with rigid joints, beyond what is shown of either.
+    /// Whether the displayed amplitude of any line differs between elastic and rigid joints.
     pub fn load_changes_lines(&self) -> bool {
-        /// Half a unit of the fourth digit, and rounding of the largest.
+        /// Half a unit of the fourth digit, and rounding relative to the largest amplitude.
         const DISPLAY_TOLERANCE: (f64, f64) = (5e-4, 1e-9);
         let largest = self
             .lines
@@ -136,14 +136,14 @@ impl TransmissionResult {
             .fold(0.0f64, |m, r| m.max(r.loaded.norm()));
         let differs = |row: &OrderLineResult| {
             let loaded = row.loaded.norm();
-            let off = |rigid: Complex| (rigid.norm() - loaded).abs();
-            let shown = DISPLAY_TOLERANCE.0 * loaded + DISPLAY_TOLERANCE.1 * largest;
-            row.kinematic.is_none_or(|rigid| off(rigid) > shown)
+            let difference = |rigid: Complex| (rigid.norm() - loaded).abs();
+            let limit = DISPLAY_TOLERANCE.0 * loaded + DISPLAY_TOLERANCE.1 * largest;
+            row.kinematic.is_none_or(|rigid| difference(rigid) > limit)
         };
         self.lines.iter().any(differs)
     }
 
-    /// True if rigid joints have a solution for every single error: no loop shares it out.
+    /// Whether rigid joints have a solution for every single error: the chain has no closed loop.
     pub fn has_rigid_solution(&self) -> bool {
         self.chain.loop_conditions.is_empty()
     }

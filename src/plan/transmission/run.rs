@@ -1,4 +1,4 @@
-//! Transmission-error study: rigid, quasi-static and dynamic order lines, budget, coinciding orders.
+//! Transmission-error study: kinematic, quasi-static and dynamic order lines, error budget, coinciding orders.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::transmission::order_lines::{self, LineOrigin, OrderLine};
 use crate::transmission::speed_map::SpeedMap;
 use crate::transmission::{budget, coincidence, eccentric_pair, indexing, loaded};
 
-/// Decision on the work of a generator.
+/// Stage decision on the workpiece of a generator.
 fn work_decision(works: &[Arc<WorkResult>]) -> StageDecision {
     match works.last() {
         Some(work) => StageDecision::Runs(format!(
@@ -30,20 +30,20 @@ fn work_decision(works: &[Arc<WorkResult>]) -> StageDecision {
             work.lines.len()
         )),
         None => StageDecision::LeftOut(
-            "the error of the work against the cradle reaches the flank: leave `output` and `against` out".into(),
+            "the error of the work against the cradle reaches the flank: omit `output` and `against`".into(),
         ),
     }
 }
 
-/// Work that generators cut: the gears of this machine that name one, and, where the lines are those of the work against the cradle, its
-/// own.
+/// Workpieces of generators: those of the gears of this machine and, if the chain leads from the cradle to the work, that of the machine
+/// itself.
 fn works(
     prepared_machine: &PreparedMachine,
     chain: &TransmissionChain,
     lines: &[OrderLine],
     values: &[Complex],
 ) -> Result<Vec<Arc<WorkResult>>, Error> {
-    let mut works = prepared_machine.meshes.works.clone();
+    let mut works = prepared_machine.meshes.workpieces.clone();
     if let Some((work, title)) = work_of(prepared_machine, chain)? {
         let machine = &prepared_machine.machine;
         let lines: Vec<(&OrderLine, Complex)> = lines.iter().zip(values.iter().copied()).collect();
@@ -53,7 +53,7 @@ fn works(
     Ok(works)
 }
 
-/// The work of a generator and its title, where a chain is that of the work against the cradle.
+/// Workpiece of a generator with the title of the machine; `None` unless the chain leads from the cradle to the work.
 fn work_of<'a>(
     prepared_machine: &'a PreparedMachine,
     chain: &TransmissionChain,
@@ -61,19 +61,19 @@ fn work_of<'a>(
     let Some((work, title)) = &prepared_machine.work else {
         return Ok(None);
     };
-    let own = ChainEnds {
+    let work_chain = ChainEnds {
         driver: chain.ends.driver,
         ..work::ends(&prepared_machine.machine, work)?
     };
-    Ok((own == chain.ends).then_some((work, title)))
+    Ok((work_chain == chain.ends).then_some((work, title)))
 }
 
-/// Refuses what [`run`] would refuse before it solves anything.
+/// Checks a study before [`run`] solves it.
 ///
 /// # Errors
-/// Names that do not exist; no declared error; what does not go with an output that slides; settings of the work whose ratio is not that of
-/// the chain.
-pub fn refuse(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<(), Error> {
+/// A name does not exist; no error is declared; an option does not apply to a translating output; the ratio of the work settings differs
+/// from that of the chain.
+pub fn check_study(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<(), Error> {
     let chain = chain_of(machine, study)?;
     if let Some(index) = &study.index {
         index_positions(&machine.machine, &chain, index)?;
@@ -84,10 +84,10 @@ pub fn refuse(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<()
     }
 }
 
-/// Runs a study.
+/// Runs a transmission-error study.
 ///
 /// # Errors
-/// Names that do not exist; ends that do not turn together; a model without errors; rigid loops that do not fit; those of the
+/// A name does not exist; the ends are not kinematically coupled; no error is declared; a rigid loop is incompatible; errors of the
 /// equations.
 pub fn run(
     prepared_machine: &PreparedMachine,
@@ -100,22 +100,22 @@ pub fn run(
         ..
     } = prepared_machine;
     let chain = chain_of(prepared_machine, study)?;
-    let model = prepared_machine.frequency_setting(None);
-    let mut all = order_lines::order_lines(machine, operating, &chain);
-    let misfit = order_lines::incompatible_loop(machine, &chain, &all);
-    if let Some(loop_of) = &misfit
-        && loop_of
+    let model = prepared_machine.operating_model(None);
+    let mut lines = order_lines::order_lines(machine, operating, &chain);
+    let incompatible_loop = order_lines::incompatible_loop(machine, &chain, &lines);
+    if let Some(branches) = &incompatible_loop
+        && branches
             .iter()
             .all(|&b| machine.branches[b].law == BranchLaw::Rigid)
     {
-        return Err(diagnostics::inconsistent_loop_error(machine, loop_of));
+        return Err(diagnostics::inconsistent_loop_error(machine, branches));
     }
     let stiffness = loaded::stiffness_lines(&model, &chain)?;
-    loaded::join_mesh_lines(machine, &mut all, stiffness);
-    all.sort_by(|a, b| a.order.cmp(&b.order));
-    let transfer = ErrorTransfer::new(&model, &chain, &all, ResponseMethod::Direct)?;
-    let refs: Vec<&OrderLine> = all.iter().collect();
-    let under_load = transfer.response_at(0.0, &refs)?;
+    loaded::join_mesh_lines(machine, &mut lines, stiffness);
+    lines.sort_by(|a, b| a.order.cmp(&b.order));
+    let transfer = ErrorTransfer::new(&model, &chain, &lines, ResponseMethod::Direct)?;
+    let line_refs: Vec<&OrderLine> = lines.iter().collect();
+    let loaded_values = transfer.response_at(0.0, &line_refs)?;
     let output_at = |speed: f64| -> Result<f64, Error> {
         Ok(mean_speeds(machine, kinematics, Some(speed))?[chain.order_reference])
     };
@@ -123,84 +123,84 @@ pub fn run(
     let map = (study.speeds)
         .map(|range| {
             let speeds = range.values();
-            let turned = speeds.iter().map(|&s| output_at(s));
-            let turned = turned.collect::<Result<Vec<f64>, Error>>()?;
+            let output_speeds = speeds.iter().map(|&s| output_at(s));
+            let output_speeds = output_speeds.collect::<Result<Vec<f64>, Error>>()?;
             let ratio = output_at(1.0)?.abs();
-            SpeedMap::new((&transfer, &model), &all, (speeds, &turned), ratio)
+            SpeedMap::new((&transfer, &model), &lines, (speeds, &output_speeds), ratio)
         })
         .transpose()?;
-    let marks = match &study.index {
+    let indexing_effects = match &study.index {
         None => None,
         Some(index) => {
-            let moved = index_positions(machine, &chain, index)?;
+            let index_at = index_positions(machine, &chain, index)?;
             Some(indexing::indexing_effects(
                 machine,
                 &chain,
-                &all,
-                &moved,
+                &lines,
+                &index_at,
                 index.teeth,
             ))
         }
     };
     let at_speed = speed
-        .map(|speed| transfer.at_speed(speed, &all))
+        .map(|speed| transfer.at_speed(speed, &lines))
         .transpose()?;
-    let slow: Vec<Complex> = (all.iter().zip(&under_load))
+    let quasi_static: Vec<Complex> = (lines.iter().zip(&loaded_values))
         .map(|(line, &loaded)| match line.origin {
             LineOrigin::Declared(_) if chain.loop_conditions.is_empty() => line.quasi_static,
             _ => loaded,
         })
         .collect();
-    // Of the largest line: what is common to both ends of a relative error cancels, and rounding is left.
+    // Relative to the largest line; below it a line is the rounding error of contributions that cancel between both ends.
     const MIN_AMPLITUDE_RATIO: f64 = 1e-12;
-    let largest = slow.iter().fold(0.0f64, |m, z| m.max(z.norm()));
-    let counts: Vec<bool> = slow
+    let largest = quasi_static.iter().fold(0.0f64, |m, z| m.max(z.norm()));
+    let is_significant: Vec<bool> = quasi_static
         .iter()
         .map(|z| z.norm() > MIN_AMPLITUDE_RATIO * largest)
         .collect();
-    let coincidences = coincidence::coincidences(machine, &chain, &all, &counts);
+    let coincidences = coincidence::coincidences(machine, &chain, &lines, &is_significant);
     let window = f64::from(study.window_revs.unwrap_or(1));
-    let (budget, elements) = budget::line_budget(machine, &all, &slow, window);
+    let (budget, elements) = budget::line_budget(machine, &lines, &quasi_static, window);
     let squares = budget.rss.powi(2);
-    let counted = all.iter().zip(&counts).filter(|(_, counts)| **counts);
+    let counted = lines.iter().zip(&is_significant).filter(|pair| *pair.1);
     let period = Fraction::greatest_common_divisor(counted.map(|(line, _)| &line.order))
         .map(|measure| &Fraction::one() / &measure);
-    let shown = at_speed.as_ref().unwrap_or(&slow);
+    let record_values = at_speed.as_ref().unwrap_or(&quasi_static);
     let record = match study.record {
         true => Some(error_record::error_record(
             machine,
             &chain,
-            &all,
-            shown,
+            &lines,
+            record_values,
             period.as_ref(),
             study,
         )?),
         false => None,
     };
     let sums_at_speed = at_speed.as_ref().map(|values| {
-        let (budget, _) = budget::line_budget(machine, &all, values, window);
+        let (budget, _) = budget::line_budget(machine, &lines, values, window);
         DynamicBudget {
             negligible: budget::negligible(&budget.elements, NEGLIGIBLE_SHARE),
             budget,
         }
     });
-    let works = works(prepared_machine, &chain, &all, &slow)?;
+    let works = works(prepared_machine, &chain, &lines, &quasi_static)?;
     let mut stages = stages::plan(machine, study);
     if prepared_machine.work.is_some() {
         stages.push(("work", work_decision(&works)));
     }
     let mut result = TransmissionResult {
-        at_speed: sums_at_speed,
+        dynamic_budget: sums_at_speed,
         negligible: budget::negligible(&budget.elements, NEGLIGIBLE_SHARE),
         budget,
         elements,
         second_order: eccentric_pair::neglected_second_order(machine, &chain),
-        works,
-        marks,
+        workpieces: works,
+        indexing_effects,
         map,
         record,
         period,
-        inconsistent_loop: misfit
+        inconsistent_loop: incompatible_loop
             .map(|list| list.iter().map(|&b| machine.branch_name(b)).collect()),
         wind_up: loaded::windup(&model, &chain)?,
         radius: study.radius,
@@ -208,25 +208,28 @@ pub fn run(
         plan: prepared_machine.after_meshes(stages),
         diagnostics: prepared_machine.warnings(),
         coincidences,
-        lines: (all.into_iter().enumerate())
+        lines: (lines.into_iter().enumerate())
             .map(|(k, line)| OrderLineResult {
                 kinematic: rigid_amplitude(&chain, &line),
                 line,
-                loaded: under_load[k],
-                dynamic: at_speed.as_ref().map(|all| all[k]),
+                loaded: loaded_values[k],
+                dynamic: at_speed.as_ref().map(|lines| lines[k]),
                 share: match squares > 0.0 {
-                    true => slow[k].norm_sqr() / squares,
+                    true => quasi_static[k].norm_sqr() / squares,
                     false => 0.0,
                 },
             })
             .collect(),
         chain,
     };
-    let own = diagnostics::diagnostics(machine, &result);
-    result.diagnostics.extend(own);
-    let of_pairs = result.works.iter().flat_map(|w| w.pair.diagnostics.clone());
-    let of_pairs: Vec<Diagnostic> = of_pairs.collect();
-    result.diagnostics.extend(of_pairs);
+    let own_diagnostics = diagnostics::diagnostics(machine, &result);
+    result.diagnostics.extend(own_diagnostics);
+    let pair_diagnostics = result
+        .workpieces
+        .iter()
+        .flat_map(|work| work.pair.diagnostics.clone());
+    let pair_diagnostics: Vec<Diagnostic> = pair_diagnostics.collect();
+    result.diagnostics.extend(pair_diagnostics);
     if result.map.as_ref().is_some_and(|map| map.is_undamped) {
         result.diagnostics.push(Diagnostic {
             code: "undamped",
@@ -237,7 +240,7 @@ pub fn run(
     Ok(result)
 }
 
-/// A line with rigid joints, where these can turn with it; what gives way adds nothing there, and a mesh has its error without load.
+/// Amplitude of a line with rigid joints and unloaded meshes; `None` if rigid joints are incompatible with the line.
 fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Complex> {
     match line.origin {
         LineOrigin::Stiffness(_) => Some(line.quasi_static),
@@ -247,5 +250,5 @@ fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Comple
     }
 }
 
-/// Negligible share of the root of the sum of squares.
+/// Share of the root sum of squares below which an element is negligible.
 pub const NEGLIGIBLE_SHARE: f64 = 0.01;

@@ -16,7 +16,7 @@ use crate::recording::resolution::Resolution;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::StatedRate;
 
-/// Parts of LabVIEW's own names of transformed channels.
+/// Substrings of the names that LabVIEW gives to spectra.
 const SPECTRUM_NAMES: &[&str] = &[
     "(FFT",
     "(Power Spectrum",
@@ -25,22 +25,22 @@ const SPECTRUM_NAMES: &[&str] = &[
     "(Magnitude",
 ];
 
-/// Segments closer than this to the end of the one before follow it without a gap, in steps.
+/// Largest deviation of the start of a segment from the end of the previous one for segments without a gap, sample intervals.
 const MAX_SEAM_STEPS: f64 = 0.5;
 
-/// Rounding of LabVIEW's clock stamps, s.
+/// Resolution of the LabVIEW time stamps, s.
 const TIMESTAMP_RESOLUTION_S: f64 = 1e-6;
 
-/// Channels of one segment with one abscissa.
+/// Channels of one segment with a common abscissa.
 struct SegmentChannels {
     channels: Vec<(LvmChannel, ColumnReader)>,
-    /// Abscissas of the rows as written, where there are any.
+    /// Abscissa of each row as written; `None` without a column of it.
     x: Option<Vec<f64>>,
     resolution: f64,
     length: usize,
 }
 
-/// Turns the segments into groups and spectra.
+/// Converts the segments into channel groups and spectra of the log.
 pub(super) fn assemble(
     segments: Vec<LvmSegment>,
     options: &ReadOptions,
@@ -53,8 +53,8 @@ pub(super) fn assemble(
         }
     };
     let mut parts = Vec::new();
-    for (at, mut segment) in segments.into_iter().enumerate() {
-        report_comments(&mut segment, at, log);
+    for (index, mut segment) in segments.into_iter().enumerate() {
+        report_comments(&mut segment, index, log);
         let lines = segment.lines.clone();
         let mut pieces = Vec::new();
         for piece in split_by_abscissa(segment, log)? {
@@ -84,12 +84,12 @@ pub(super) fn assemble(
             log,
         );
     }
-    let many = parts.len() > 1;
-    for (at, (pieces, lines)) in parts.into_iter().enumerate() {
+    let is_numbered = parts.len() > 1;
+    for (index, (pieces, lines)) in parts.into_iter().enumerate() {
         for mut piece in pieces {
-            if many {
+            if is_numbered {
                 for (channel, _) in &mut piece.channels {
-                    channel.name = format!("{} (segment {})", channel.name, at + 1);
+                    channel.name = format!("{} (segment {})", channel.name, index + 1);
                 }
             }
             let mut group = start_group(&piece, scale);
@@ -106,57 +106,57 @@ pub(super) fn assemble(
     Ok(())
 }
 
-fn report_comments(segment: &mut LvmSegment, at: usize, log: &mut RawLog) {
+fn report_comments(segment: &mut LvmSegment, index: usize, log: &mut RawLog) {
     for (row, comment) in segment.comments.drain(..) {
-        let place = format!("comment, segment {}, row {}", at + 1, row + 1);
-        log.metadata.push((place, comment));
+        let key = format!("comment, segment {}, row {}", index + 1, row + 1);
+        log.metadata.push((key, comment));
     }
     if segment.comments_left_out > 0 {
-        let more = format!("and {} more", segment.comments_left_out);
-        log.metadata.push(("comments".to_string(), more));
+        let count_text = format!("and {} more", segment.comments_left_out);
+        log.metadata.push(("comments".to_string(), count_text));
     }
 }
 
-/// Groups the channels of a segment by abscissa and length; channels without any number are passed over.
+/// Groups the channels of a segment by abscissa and length; channels without any number are skipped.
 fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<SegmentChannels>, Error> {
     let rows = segment.rows;
     let mut abscissas = Vec::new();
     for mut series in segment.abscissas {
-        // A blank abscissa of a channel that has ended is no missing stamp.
+        // The abscissa after the end of a channel is blank, not missing.
         series.mark_blanks_missing()?;
         abscissas.push((read_all(&series.column)?, series.resolution));
     }
     let mut pieces: Vec<SegmentChannels> = Vec::new();
-    for (at, (channel, mut samples)) in segment
+    for (index, (channel, mut samples)) in segment
         .channels
         .into_iter()
         .zip(segment.samples)
         .enumerate()
     {
-        let held = rows - samples.blanks;
-        if held == 0 {
+        let n_values = rows - samples.blanks;
+        if n_values == 0 {
             log.repairs.push(Repair {
                 kind: "channel-empty",
                 message: format!("channel `{}` holds no number and is left out", channel.name),
             });
             log.skipped_columns
-                .push((channel.name, "holds no number in any row"));
+                .push((channel.name, "contains no number in any row"));
             continue;
         }
-        if channel.samples != Some(held) {
+        if channel.samples != Some(n_values) {
             samples.mark_blanks_missing()?;
         }
         let length = samples.column.len();
-        let abscissa = abscissas.get(if abscissas.len() > 1 { at } else { 0 });
+        let abscissa = abscissas.get(if abscissas.len() > 1 { index } else { 0 });
         let x = abscissa.and_then(|(x, _)| x.get(..length));
-        let kin = pieces.iter_mut().find(|piece| {
+        let matching = pieces.iter_mut().find(|piece| {
             piece.length == length
                 && piece.x.as_deref() == x
                 && piece.channels.first().is_some_and(|(other, _)| {
                     other.delta_x == channel.delta_x && other.x0 == channel.x0
                 })
         });
-        match kin {
+        match matching {
             Some(piece) => piece.channels.push((channel, samples)),
             None => pieces.push(SegmentChannels {
                 channels: vec![(channel, samples)],
@@ -175,7 +175,7 @@ fn read_all(column: &SampleColumn) -> Result<Vec<f64>, Error> {
     Ok(values)
 }
 
-/// By the dimension of its abscissa, or by the name LabVIEW gives a transformed channel.
+/// True if the abscissa is a frequency, or if LabVIEW named the channel as a spectrum.
 fn is_spectrum(channel: &LvmChannel) -> bool {
     channel.x_dimension == "Frequency"
         || SPECTRUM_NAMES
@@ -187,7 +187,7 @@ fn push_spectra(piece: SegmentChannels, log: &mut RawLog) -> Result<(), Error> {
     for (channel, series) in &piece.channels {
         let values = read_all(&series.column)?;
         let step = channel.delta_x.unwrap_or(f64::NAN);
-        let even = || {
+        let uniform = || {
             (0..values.len())
                 .map(|k| channel.x0 + k as f64 * step)
                 .collect()
@@ -206,17 +206,17 @@ fn push_spectra(piece: SegmentChannels, log: &mut RawLog) -> Result<(), Error> {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
             kind: "spectrum",
-            // Magnitudes are never negative, their logarithms mostly are.
+            // Magnitudes are not negative; negative values are decibels.
             is_decibel: values.iter().any(|&v| v < 0.0) && !channel.name.contains("Phase"),
-            frequency_hz: piece.x.clone().unwrap_or_else(even),
+            frequency_hz: piece.x.clone().unwrap_or_else(uniform),
             values: values.iter().map(|&v| Complex::new(v, 0.0)).collect(),
         });
     }
     Ok(())
 }
 
-/// When each segment begins, s from the first, where the segments have the same channels and follow each other in time;
-/// a segment that begins where the one before ends does so exactly.
+/// Start of each segment, s from the first, if the segments have the same channels and succeed each other in time; a start
+/// within tolerance of the end of the previous segment is set to that end.
 fn segment_offsets(parts: &[(Vec<SegmentChannels>, LineNumbers)], scale: f64) -> Option<Vec<f64>> {
     let first = &parts.first()?.0;
     if parts.len() < 2 {
@@ -234,12 +234,12 @@ fn segment_offsets(parts: &[(Vec<SegmentChannels>, LineNumbers)], scale: f64) ->
             .first()
             .and_then(|piece| piece.channels.first().map(|(c, _)| c.clone()))
     };
-    let known = layout(first);
+    let first_layout = layout(first);
     let start = start_time_s(&channel(first)?)?;
     let mut offsets = Vec::new();
     let mut end: Option<(f64, f64)> = None;
     for (pieces, _) in parts {
-        if layout(pieces) != known {
+        if layout(pieces) != first_layout {
             return None;
         }
         let (piece, channel) = (pieces.first()?, channel(pieces)?);
@@ -267,7 +267,7 @@ fn segment_offsets(parts: &[(Vec<SegmentChannels>, LineNumbers)], scale: f64) ->
     Some(offsets)
 }
 
-/// Date and time of a channel, s from year 0.
+/// Date and time of a channel, s from the LabVIEW epoch.
 fn start_time_s(channel: &LvmChannel) -> Option<f64> {
     let mut date = channel.date.split(['/', '-', '.']).map(str::parse::<i16>);
     let mut next = || date.next()?.ok();
@@ -277,7 +277,7 @@ fn start_time_s(channel: &LvmChannel) -> Option<f64> {
         i8::try_from(next()?).ok()?,
     );
     let date = jiff::civil::Date::new(year, month, day).ok()?;
-    let epoch = jiff::civil::Date::new(1904, 1, 1).ok()?; // LabVIEW's own
+    let epoch = jiff::civil::Date::new(1904, 1, 1).ok()?; // epoch of LabVIEW
     let days = date.duration_since(epoch).as_secs() as f64;
     let time = channel.time.replace(',', ".");
     let mut parts = time.split(':').map(str::parse::<f64>);
@@ -286,7 +286,7 @@ fn start_time_s(channel: &LvmChannel) -> Option<f64> {
     Some(days + 3600.0 * hours + 60.0 * minutes + seconds)
 }
 
-/// One group of all segments for each of their pieces.
+/// Joins the pieces of all segments that correspond to each other into one group each.
 fn join_segments(
     parts: Vec<Vec<SegmentChannels>>,
     offsets: &[f64],
@@ -297,38 +297,38 @@ fn join_segments(
     let n_segments = parts.len();
     let mut groups: Vec<(ChannelGroup, Vec<f64>, f64)> = Vec::new();
     let mut rows_before = Vec::new();
-    for (at, pieces) in parts.into_iter().enumerate() {
-        for (place, piece) in pieces.into_iter().enumerate() {
-            if groups.len() == place {
+    for (segment, pieces) in parts.into_iter().enumerate() {
+        for (position, piece) in pieces.into_iter().enumerate() {
+            if groups.len() == position {
                 groups.push((start_group(&piece, scale), Vec::new(), 0.0));
                 rows_before.push(0);
             }
-            let (group, seconds, resolution) = &mut groups[place];
+            let (group, seconds, resolution) = &mut groups[position];
             for row in 0..piece.length {
-                if let Some(line) = lines[at].line_of_row(row) {
-                    group.timing.lines.push(rows_before[place] + row, line);
+                if let Some(line) = lines[segment].line_of_row(row) {
+                    group.timing.lines.push(rows_before[position] + row, line);
                 }
             }
-            rows_before[place] += piece.length;
+            rows_before[position] += piece.length;
             *resolution = resolution.max(piece.resolution * scale);
             let (x0, step) = piece
                 .channels
                 .first()
                 .map_or((0.0, 0.0), |(c, _)| (c.x0, c.delta_x.unwrap_or(0.0)));
             match &piece.x {
-                Some(x) => seconds.extend(x.iter().map(|x| offsets[at] + x * scale)),
+                Some(x) => seconds.extend(x.iter().map(|x| offsets[segment] + x * scale)),
                 None => seconds.extend(
-                    (0..piece.length).map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
+                    (0..piece.length).map(|i| offsets[segment] + (x0 + i as f64 * step) * scale),
                 ),
             }
-            for (which, member) in piece.channels.into_iter().enumerate() {
-                let new = channel(member);
-                match group.channels.get_mut(which) {
-                    Some(known) => {
-                        known.samples.push(&read_all(&new.samples)?)?;
-                        known.overloads += new.overloads;
+            for (index, column) in piece.channels.into_iter().enumerate() {
+                let added = channel(column);
+                match group.channels.get_mut(index) {
+                    Some(joined) => {
+                        joined.samples.push(&read_all(&added.samples)?)?;
+                        joined.overloads += added.overloads;
                     }
-                    None => group.channels.push(new),
+                    None => group.channels.push(added),
                 }
             }
         }
@@ -350,7 +350,7 @@ fn join_segments(
     Ok(())
 }
 
-/// A group with what the header says of its clock, without channels.
+/// Group without channels, with the sample interval and start time of the header.
 fn start_group(piece: &SegmentChannels, scale: f64) -> ChannelGroup {
     let channel = piece.channels.first().map(|(channel, _)| channel);
     let rate = channel
@@ -366,7 +366,7 @@ fn start_group(piece: &SegmentChannels, scale: f64) -> ChannelGroup {
             .collect(),
             invalid_rate: None,
             header_samples: channel.and_then(|c| {
-                // A first packet longer than the whole file contradicts it; a shorter one does not.
+                // A first packet longer than the file shows that rows are missing; a shorter one does not.
                 let packet = c.first_packet.filter(|&packet| packet > piece.length);
                 c.samples.or(packet)
             }),

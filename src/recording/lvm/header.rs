@@ -1,4 +1,4 @@
-//! LVM headers: keys with one value for the file or one per channel.
+//! LVM headers: keys with one value for the file or one value per channel.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -9,13 +9,13 @@ use crate::recording::read_options::ReadOptions;
 /// Line that ends a header.
 const END_OF_HEADER: &str = "***End_of_Header***";
 
-/// Most channels; a wrong count allocates no more than this justifies.
+/// Maximum number of channels, a limit of the memory that a wrong count can allocate.
 const MAX_CHANNELS: usize = 1 << 16;
 
-/// Lines of the file, from front to back.
+/// Sequential reader of the lines of a file.
 pub(super) struct LineReader<'a> {
     path: &'a str,
-    rest: &'a [u8],
+    unread: &'a [u8],
     /// Number of the next line, from 1.
     pub number: usize,
     encoding: Option<&'static encoding_rs::Encoding>,
@@ -26,32 +26,32 @@ impl<'a> LineReader<'a> {
         let label = options.dialect.encoding.as_deref();
         LineReader {
             path,
-            rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes),
+            unread: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes),
             number: 1,
             encoding: label.and_then(|l| encoding_rs::Encoding::for_label(l.as_bytes())),
         }
     }
 
-    /// The next line without its end, not taken.
+    /// Next line without its line end; does not advance.
     pub fn peek(&self) -> Option<&'a [u8]> {
-        if self.rest.is_empty() {
+        if self.unread.is_empty() {
             return None;
         }
-        let end = memchr::memchr(b'\n', self.rest).unwrap_or(self.rest.len());
-        let line = &self.rest[..end];
+        let end = memchr::memchr(b'\n', self.unread).unwrap_or(self.unread.len());
+        let line = &self.unread[..end];
         Some(line.strip_suffix(b"\r").unwrap_or(line))
     }
 
-    /// Takes the next line.
+    /// Reads the next line.
     pub fn next_line(&mut self) -> Option<&'a [u8]> {
         let line = self.peek()?;
-        let end = memchr::memchr(b'\n', self.rest).map_or(self.rest.len(), |at| at + 1);
-        self.rest = &self.rest[end..];
+        let end = memchr::memchr(b'\n', self.unread).map_or(self.unread.len(), |at| at + 1);
+        self.unread = &self.unread[end..];
         self.number += 1;
         Some(line)
     }
 
-    /// An error at a line, from 1.
+    /// Error at a line; lines are numbered from 1.
     pub fn error(
         &self,
         code: Code,
@@ -63,7 +63,7 @@ impl<'a> LineReader<'a> {
         Error::new(code, message).with_span(&span)
     }
 
-    /// Text of a line: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
+    /// Text of a line in the stated encoding; by default UTF-8 if valid, else Windows-1252, a superset of Latin-1.
     pub fn decode(&self, line: &[u8]) -> String {
         match (self.encoding, std::str::from_utf8(line)) {
             (Some(encoding), _) => encoding.decode_without_bom_handling(line).0.into_owned(),
@@ -79,11 +79,11 @@ impl<'a> LineReader<'a> {
 /// Position of the abscissa in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AbscissaLayout {
-    /// Nowhere: the first column is blank.
+    /// No abscissa: the first column is blank.
     No,
-    /// In the first column.
+    /// One abscissa in the first column.
     FirstColumn,
-    /// Before each channel.
+    /// A column of abscissas before each channel.
     Multi,
 }
 
@@ -91,8 +91,8 @@ pub(super) enum AbscissaLayout {
 pub(super) struct FileHeader {
     pub separator: u8,
     pub abscissa: AbscissaLayout,
-    /// Each segment has a header of its own; else `SampleEmitter` counts the first packet alone.
-    pub many_headers: bool,
+    /// True if every segment has a header; otherwise its `Samples` counts only the first packet.
+    pub has_segment_headers: bool,
     pub metadata: Vec<(String, String)>,
 }
 
@@ -111,7 +111,7 @@ pub(super) fn read_file_header(lines: &mut LineReader<'_>) -> Result<FileHeader,
     let mut file = FileHeader {
         separator: b'\t',
         abscissa: AbscissaLayout::FirstColumn,
-        many_headers: false,
+        has_segment_headers: false,
         metadata: Vec::new(),
     };
     while let Some(line) = lines.next_line() {
@@ -140,7 +140,7 @@ pub(super) fn read_file_header(lines: &mut LineReader<'_>) -> Result<FileHeader,
                     _ => AbscissaLayout::FirstColumn,
                 }
             }
-            "Multi_Headings" => file.many_headers = value == "Yes",
+            "Multi_Headings" => file.has_segment_headers = value == "Yes",
             key @ ("Date" | "Time" | "Operator" | "Project" | "Description" | "Test"
             | "Time_Pref") => {
                 file.metadata.push((key.to_string(), value.to_string()));
@@ -158,30 +158,30 @@ pub(super) fn read_file_header(lines: &mut LineReader<'_>) -> Result<FileHeader,
 #[derive(Debug, Default)]
 pub(super) struct SegmentHeader {
     pub channels: Vec<LvmChannel>,
-    /// Columns hold comments from here on.
+    /// Number of data columns; the columns after them hold comments.
     pub columns: usize,
 }
 
-/// One channel of a segment.
+/// Channel of a segment with the values of its header keys.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct LvmChannel {
     pub name: String,
     pub unit: String,
     pub x_dimension: String,
-    /// Samples the header states of the segment.
+    /// Number of samples of the segment, stated by its header.
     pub samples: Option<usize>,
-    /// Samples of the first packet of several, all that the header of a file with a single one states.
+    /// Number of samples of the first packet, stated by the header of a file with a single header.
     pub first_packet: Option<usize>,
     pub x0: f64,
     pub delta_x: Option<f64>,
     pub date: String,
     pub time: String,
-    /// Column of the channel, and that of its abscissa.
+    /// Column of the channel; `x_column` is that of its abscissa.
     pub column: usize,
     pub x_column: Option<usize>,
 }
 
-/// Reads the next segment's header and the line of headings under it; `None` at the end of the file.
+/// Reads the next segment header and the line of column headings; `None` at the end of the file.
 pub(super) fn read_segment_header(
     lines: &mut LineReader<'_>,
     file: &FileHeader,
@@ -189,19 +189,19 @@ pub(super) fn read_segment_header(
 ) -> Result<Option<SegmentHeader>, Error> {
     let separator = char::from(file.separator);
     let mut keys: Vec<(String, Vec<String>)> = Vec::new();
-    let mut inside_special = false;
+    let mut is_in_special = false;
     let mut special = 0;
     let first_line = lines.number;
-    let ended = loop {
+    let is_complete = loop {
         let Some(line) = lines.next_line() else {
             break false;
         };
         let text = lines.decode(line);
         let text = text.trim_end_matches([separator, ' ']);
         match text {
-            "***Start_Special***" => inside_special = true,
-            "***End_Special***" => inside_special = false,
-            _ if inside_special => special += 1,
+            "***Start_Special***" => is_in_special = true,
+            "***End_Special***" => is_in_special = false,
+            _ if is_in_special => special += 1,
             _ if text.starts_with(END_OF_HEADER) => break true,
             "" => {}
             _ => {
@@ -214,10 +214,10 @@ pub(super) fn read_segment_header(
     if special > 0 {
         log.repairs.push(Repair {
             kind: "lines-skipped",
-            message: format!("{special} lines of special blocks passed over"),
+            message: format!("{special} lines of special blocks skipped"),
         });
     }
-    match (ended, keys.is_empty()) {
+    match (is_complete, keys.is_empty()) {
         (false, true) => return Ok(None),
         (false, false) => {
             return Err(lines.error(
@@ -241,7 +241,7 @@ pub(super) fn read_segment_header(
     Ok(Some(header))
 }
 
-/// Gives every channel its column and what the keys say of it.
+/// Assigns its column and the values of the keys to every channel.
 fn assign_columns(
     keys: &[(String, Vec<String>)],
     headings: &[&str],
@@ -254,13 +254,13 @@ fn assign_columns(
             .find(|(k, _)| k == key)
             .map(|(_, v)| v.as_slice())
     };
-    let n_stated = values("Channels")
+    let stated_count = values("Channels")
         .and_then(|v| v.first())
         .and_then(|v| v.parse().ok());
     let is_channel =
-        |(at, name): &(usize, &&str)| *at > 0 && **name != "X_Value" && **name != "Comment";
-    let named = headings.iter().enumerate().filter(is_channel).count();
-    let count = n_stated.unwrap_or(named);
+        |(index, name): &(usize, &&str)| *index > 0 && **name != "X_Value" && **name != "Comment";
+    let named_count = headings.iter().enumerate().filter(is_channel).count();
+    let count = stated_count.unwrap_or(named_count);
     if count == 0 || count > MAX_CHANNELS {
         let message = format!("the header of the segment states {count} channels");
         return Err(lines.error(Code::CorruptFile, first_line, b"", message));
@@ -270,15 +270,15 @@ fn assign_columns(
     } else {
         1
     };
-    let stated = |cell: &str| cell.parse::<usize>().ok();
-    let channel = |at: usize| {
-        let column = per_channel * at + 1;
-        // Keys of files with an abscissa for each channel leave a cell blank for it.
+    let parse_count = |cell: &str| cell.parse::<usize>().ok();
+    let channel = |index: usize| {
+        let column = per_channel * index + 1;
+        // With an abscissa for each channel, the keys have a blank cell for every abscissa.
         let cell = |key: &str| -> String {
             let cells = values(key).unwrap_or_default();
-            let is_spread = per_channel == 2 && cells.len() > count;
-            let place = if is_spread { 2 * at } else { at };
-            cells.get(place).cloned().unwrap_or_default()
+            let has_abscissa_cells = per_channel == 2 && cells.len() > count;
+            let cell_index = if has_abscissa_cells { 2 * index } else { index };
+            cells.get(cell_index).cloned().unwrap_or_default()
         };
         let name = headings.get(column).copied().unwrap_or_default();
         LvmChannel {
@@ -288,8 +288,8 @@ fn assign_columns(
             },
             unit: cell("Y_Unit_Label"),
             x_dimension: cell("X_Dimension"),
-            samples: stated(&cell("Samples")).filter(|_| file.many_headers),
-            first_packet: stated(&cell("Samples")).filter(|_| !file.many_headers),
+            samples: parse_count(&cell("Samples")).filter(|_| file.has_segment_headers),
+            first_packet: parse_count(&cell("Samples")).filter(|_| !file.has_segment_headers),
             x0: parse_number(&cell("X0")).unwrap_or(0.0),
             delta_x: parse_number(&cell("Delta_X")).filter(|dx| *dx > 0.0),
             date: cell("Date"),

@@ -1,4 +1,4 @@
-//! MATLAB files of level 5: time vectors, channels and frequency responses among the variables.
+//! Reader of MATLAB level 5 files: assigns variables to time vectors, channels, frequency responses and spectra.
 
 mod variables;
 
@@ -16,21 +16,21 @@ use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error, Errors};
 use crate::base::mat5;
 
-/// Texts of a file that are kept as facts, characters at most each.
+/// Maximum length of a text variable stored as metadata, characters.
 const MAX_METADATA_LEN: usize = 200;
 
-/// Names of variables shown in a message.
+/// Maximum number of variable names in a message.
 const MAX_NAMES_SHOWN: usize = 8;
 
-/// Reads a MATLAB file of level 5 whole.
+/// Reads a MATLAB level 5 file.
 ///
-/// Time is a vector named `t`, `time` or the like (else one that rises by equal steps from zero); channels are the
-/// vectors and the rows or columns of matrices as long as it, or where there is no time the longest ones, with the rate a
-/// scalar named `fs`, `dt` or the like states. Complex vectors as long as a frequency vector are frequency responses,
-/// with their coherence where a variable named so matches; real ones are spectra.
+/// Time is a vector named `t`, `time` or similar, else one that rises by equal steps from zero. Channels are vectors and rows or
+/// columns of matrices of the same length; without a time vector they are the longest ones, at the rate of a scalar named `fs`,
+/// `dt` or similar. Complex vectors as long as a frequency vector are frequency responses, with coherence if a variable of
+/// that name matches; real ones are spectra.
 ///
 /// # Errors
-/// Those of [`mat5::read::read`]; `empty-log` where nothing fits these rules.
+/// Errors of [`mat5::read::read`]; `empty-log` if no variable matches these rules.
 pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
     let (description, arrays) = mat5::read::read(bytes)?;
     let mut log = RawLog {
@@ -39,45 +39,45 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
         metadata: vec![("header".to_string(), description)],
         ..RawLog::default()
     };
-    let mut flat = Variables::default();
+    let mut variables = Variables::default();
     let mut names: Vec<String> = Vec::new();
     for array in arrays {
-        // Variables without a name are MATLAB's own workspace of functions.
+        // Variables without a name hold the function workspace of MATLAB.
         if array.name.is_empty() {
             continue;
         }
-        let before = names.iter().filter(|&name| *name == array.name).count();
+        let earlier = names.iter().filter(|&name| *name == array.name).count();
         names.push(array.name.clone());
-        let name = match before {
+        let name = match earlier {
             0 => array.name.clone(),
             _ => {
                 log.diagnostics.push(duplicate_variable(&array.name));
-                format!("{} #{}", array.name, before + 1)
+                format!("{} #{}", array.name, earlier + 1)
             }
         };
-        flat.flatten(name, array);
+        variables.flatten(name, array);
     }
-    let short = |(_, text): &&(String, String)| text.chars().count() <= MAX_METADATA_LEN;
+    let is_short = |(_, text): &&(String, String)| text.chars().count() <= MAX_METADATA_LEN;
     log.metadata
-        .extend(flat.texts.iter().filter(short).cloned());
-    if !flat.others.is_empty() {
-        let mut others = flat
+        .extend(variables.texts.iter().filter(is_short).cloned());
+    if !variables.others.is_empty() {
+        let mut others = variables
             .others
             .iter()
-            .map(|(name, what)| format!("`{name}` ({what})"));
+            .map(|(name, kind)| format!("`{name}` ({kind})"));
         log.diagnostics.push(Diagnostic {
             code: "variables-left-out",
             message: format!("not read: {}", list_names(&mut others)),
-            hint: Some("in MATLAB, put their numbers into plain arrays and save those".into()),
+            hint: Some("in MATLAB, copy their numbers to plain arrays and save those".into()),
         });
     }
-    let found = spectra::take_spectra(&mut flat.numbers, &mut log)?;
-    signals::take_channels(&mut flat.numbers, options, &mut log)?;
-    if !found && log.groups.is_empty() {
-        return Err(no_log_data(&flat).into());
+    let has_spectra = spectra::take_spectra(&mut variables.numbers, &mut log)?;
+    signals::take_channels(&mut variables.numbers, options, &mut log)?;
+    if !has_spectra && log.groups.is_empty() {
+        return Err(no_log_data(&variables).into());
     }
-    if !flat.numbers.is_empty() {
-        let mut left = flat
+    if !variables.numbers.is_empty() {
+        let mut unused = variables
             .numbers
             .iter()
             .map(|v| format!("`{}` ({})", v.name, v.size_text()));
@@ -85,7 +85,7 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
             code: "variables-left-out",
             message: format!(
                 "neither as long as the time nor as the frequency, not read: {}",
-                list_names(&mut left)
+                list_names(&mut unused)
             ),
             hint: None,
         });
@@ -96,31 +96,31 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
 fn duplicate_variable(name: &str) -> Diagnostic {
     Diagnostic {
         code: "name-twice",
-        message: format!("the MATLAB file holds two variables named `{name}`; both are kept"),
+        message: format!("the MATLAB file contains two variables named `{name}`; both are kept"),
         hint: Some(format!(
             "MATLAB itself would load the last, here `{name} #2`"
         )),
     }
 }
 
-/// The file holds nothing that could be a log.
-fn no_log_data(flat: &Variables) -> Error {
-    let numbers = flat
+/// Error of a file without signals and frequency responses.
+fn no_log_data(variables: &Variables) -> Error {
+    let numbers = variables
         .numbers
         .iter()
         .map(|v| format!("`{}` ({})", v.name, v.size_text()));
-    let others = flat
+    let others = variables
         .others
         .iter()
-        .map(|(name, what)| format!("`{name}` ({what})"));
-    let mut all = numbers.chain(others).peekable();
-    let held = match all.peek() {
+        .map(|(name, kind)| format!("`{name}` ({kind})"));
+    let mut names = numbers.chain(others).peekable();
+    let contents = match names.peek() {
         None => "no numbers".to_string(),
-        Some(_) => list_names(&mut all),
+        Some(_) => list_names(&mut names),
     };
     Error::new(
         Code::EmptyLog,
-        format!("the MATLAB file holds no signals and no frequency responses; it holds {held}"),
+        format!("the MATLAB file contains no signals and no frequency responses, only {contents}"),
     )
     .with_hint("save the signals as plain vectors or matrices with a vector `t` in s or a scalar `fs` in Hz")
 }

@@ -1,4 +1,4 @@
-//! Channels of a MATLAB file, grouped by their time vector.
+//! Channel extraction of a MATLAB file, grouped by time vector.
 
 use super::roles;
 use super::variables::{Variable, parent};
@@ -11,10 +11,10 @@ use crate::recording::resolution::Resolution;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::{StatedRate, agreed_rate};
 
-/// Fewer numbers in a row are parameters, not signals.
+/// Minimum length of a signal, samples; shorter vectors are parameters.
 const MIN_SIGNAL_LEN: usize = 8;
 
-/// Takes time vectors, rates and channels out of `numbers` and puts them into `log`.
+/// Moves time vectors, rates and channels from `numbers` to `log`.
 pub(super) fn take_channels(
     numbers: &mut Vec<Variable>,
     options: &ReadOptions,
@@ -32,7 +32,7 @@ pub(super) fn take_channels(
                     group.channels.iter().map(|c| parent(&c.name)).collect();
                 parents.dedup();
                 group.timing.stated_rates = match parents[..] {
-                    [own] => structure_rates(&rates, own),
+                    [parent] => structure_rates(&rates, parent),
                     _ => rates.clone(),
                 };
             }
@@ -62,33 +62,33 @@ pub(super) fn take_channels(
             stamps,
             ..RawTiming::default()
         };
-        // Vectors of the same structure as the time first, so that equally long runs stay apart.
+        // Vectors of the structure of the time vector take precedence, which separates runs of equal length.
         let parent = Some(time.parent_path()).filter(|parent| !parent.is_empty());
         push_group(numbers, time.re.len(), parent, timing, log)?;
     }
     Ok(())
 }
 
-/// The scalars that state a sample rate.
+/// Removes the scalars that state a sample rate and returns the rates.
 fn take_rates(numbers: &mut Vec<Variable>) -> Vec<StatedRate> {
     let rates = numbers.iter().filter_map(roles::stated_rate_hz).collect();
     numbers.retain(|v| roles::stated_rate_hz(v).is_none());
     rates
 }
 
-/// The rates stated within a structure; all of them where it states none.
+/// Rates stated within a structure; all rates if it states none.
 fn structure_rates(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
-    let own = |r: &&StatedRate| parent(&r.key) == structure;
-    let found: Vec<StatedRate> = rates.iter().filter(own).cloned().collect();
-    match found.is_empty() {
+    let is_member = |r: &&StatedRate| parent(&r.key) == structure;
+    let stated: Vec<StatedRate> = rates.iter().filter(is_member).cloned().collect();
+    match stated.is_empty() {
         true => rates.to_vec(),
-        false => found,
+        false => stated,
     }
 }
 
-/// The time vectors: the requested one, else those named so, else the single one that rises by equal steps.
+/// Removes and returns the time vectors: the requested one, else those with a name of time, else the only uniform vector.
 fn take_times(numbers: &mut Vec<Variable>, options: &ReadOptions, has_rate: bool) -> Vec<Variable> {
-    let wanted: Vec<usize> = match options.time_column.as_deref() {
+    let indices: Vec<usize> = match options.time_column.as_deref() {
         Some("none") => Vec::new(),
         Some(name) => positions(numbers, |v| {
             v.name == name && v.im.is_none() && v.is_vector()
@@ -100,34 +100,34 @@ fn take_times(numbers: &mut Vec<Variable>, options: &ReadOptions, has_rate: bool
             });
             match (named.is_empty(), has_rate, uniform.as_slice()) {
                 (false, ..) => named,
-                (true, false, &[one]) => vec![one],
+                (true, false, &[index]) => vec![index],
                 _ => Vec::new(),
             }
         }
     };
-    let mut times: Vec<Variable> = wanted.iter().rev().map(|&at| numbers.remove(at)).collect();
+    let mut times: Vec<Variable> = indices.iter().rev().map(|&at| numbers.remove(at)).collect();
     times.reverse();
     times
 }
 
-fn positions(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize> {
-    (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
+fn positions(numbers: &[Variable], test: impl Fn(&Variable) -> bool) -> Vec<usize> {
+    (0..numbers.len()).filter(|&i| test(&numbers[i])).collect()
 }
 
-/// Mean relative deviation of the time steps from the stated rate where rounding to single precision explains the largest one; `None` otherwise.
+/// Mean relative deviation of the time steps from the stated rate if single-precision rounding explains the largest one.
 fn mean_step_deviation(time: &Variable, rate_hz: f64) -> Option<f64> {
     let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
-    // One unit of the last digit at the end of the record.
+    // Unit in the last place at the end of the record.
     let unit = f64::from(f32::EPSILON) * largest * rate_hz;
-    let off = |pair: &[f64]| ((pair[1] - pair[0]) * rate_hz - 1.0).abs();
-    let most = time.re.windows(2).map(off).fold(0.0, f64::max);
+    let deviation = |pair: &[f64]| ((pair[1] - pair[0]) * rate_hz - 1.0).abs();
+    let max_deviation = time.re.windows(2).map(deviation).fold(0.0, f64::max);
     let is_single = time.epsilon == f64::from(f32::EPSILON);
     let steps = (time.re.len() - 1) as f64;
     let mean = ((time.re[time.re.len() - 1] - time.re[0]) * rate_hz / steps - 1.0).abs();
-    (is_single && most <= 2.0 * unit && unit < 0.1).then_some(mean)
+    (is_single && max_deviation <= 2.0 * unit && unit < 0.1).then_some(mean)
 }
 
-/// Seconds since the first stamp.
+/// Time stamps, s since the first stamp.
 fn time_stamps(time: &Variable, options: &ReadOptions) -> Result<TimeStamps, Error> {
     let unit = options.time_unit.as_deref().unwrap_or_default();
     let scale = match unit {
@@ -150,7 +150,7 @@ fn time_stamps(time: &Variable, options: &ReadOptions) -> Result<TimeStamps, Err
     })
 }
 
-/// Takes everything real with a side of `length`; where `parent` is given and has such variables, those alone.
+/// Moves the real variables with a side of `length` to a group of `log`; only those of `parent` if it has such variables.
 fn push_group(
     numbers: &mut Vec<Variable>,
     length: usize,
@@ -162,14 +162,14 @@ fn push_group(
     let is_sibling =
         |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent_path() == parent);
     let has_siblings = numbers.iter().any(is_sibling);
-    let is_taken = |v: &Variable| if has_siblings { is_sibling(v) } else { fits(v) };
-    let (taken, left) = numbers.drain(..).partition::<Vec<_>, _>(is_taken);
-    *numbers = left;
+    let is_selected = |v: &Variable| if has_siblings { is_sibling(v) } else { fits(v) };
+    let (selected, remaining) = numbers.drain(..).partition::<Vec<_>, _>(is_selected);
+    *numbers = remaining;
     let mut group = ChannelGroup {
         timing,
         channels: Vec::new(),
     };
-    for variable in taken {
+    for variable in selected {
         let series = variable.series(length);
         for (at, &(start, step)) in series.iter().enumerate() {
             let mut samples = SampleColumn::default();

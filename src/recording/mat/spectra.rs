@@ -1,4 +1,4 @@
-//! Frequency responses, coherences and spectra of a MATLAB file over its frequency vector.
+//! FRFs, coherences and spectra of a MATLAB file over its frequency vector.
 
 use super::roles::{self, FrequencyData};
 use super::variables::Variable;
@@ -9,36 +9,36 @@ use crate::recording::frequency_responses::{
 };
 use crate::recording::raw::RawLog;
 
-/// Takes the frequency vector and what lies over it out of `numbers`; whether there was any.
+/// Moves the frequency vector and the data over it from `numbers` to the log; returns true if there are any.
 pub(super) fn take_spectra(numbers: &mut Vec<Variable>, log: &mut RawLog) -> Result<bool, Error> {
-    let found = (0..numbers.len()).find_map(|at| Some((at, roles::frequencies_hz(&numbers[at])?)));
-    let Some((at, lines)) = found else {
+    let vector = (0..numbers.len()).find_map(|at| Some((at, roles::frequencies_hz(&numbers[at])?)));
+    let Some((at, lines)) = vector else {
         return Ok(false);
     };
-    let over = |v: &Variable| v.length() > 1 && !v.series(lines.len()).is_empty();
-    let has_time = numbers
+    let spans_lines = |v: &Variable| v.length() > 1 && !v.series(lines.len()).is_empty();
+    let has_time_vector = numbers
         .iter()
         .any(|v| roles::is_time(v) && v.re.len() == lines.len());
-    let others = || {
+    let other_spectra = || {
         numbers
             .iter()
             .enumerate()
-            .filter(|&(i, v)| i != at && over(v))
+            .filter(|&(i, v)| i != at && spans_lines(v))
     };
-    // A speed or frequency recorded over time lies among real signals of the same length.
-    let is_signal = has_time && others().all(|(_, v)| v.im.is_none());
-    if is_signal || others().next().is_none() {
+    // With a time vector of the same length, real variables are signals, and the frequency vector is a signal too.
+    let is_signal = has_time_vector && other_spectra().all(|(_, v)| v.im.is_none());
+    if is_signal || other_spectra().next().is_none() {
         return Ok(false);
     }
     numbers.remove(at);
-    let (taken, left) = numbers.drain(..).partition::<Vec<_>, _>(over);
-    *numbers = left;
+    let (spectra, remaining) = numbers.drain(..).partition::<Vec<_>, _>(spans_lines);
+    *numbers = remaining;
 
     let mut responses = FrequencyResponses {
         frequency_hz: lines.clone(),
         ..FrequencyResponses::default()
     };
-    for variable in &taken {
+    for variable in &spectra {
         match roles::frequency_data(variable) {
             FrequencyData::Response => {
                 responses
@@ -70,7 +70,7 @@ pub(super) fn take_spectra(numbers: &mut Vec<Variable>, log: &mut RawLog) -> Res
         }
     }
     let is_coherence = |v: &&Variable| roles::frequency_data(v) == FrequencyData::Coherence;
-    for coherence in taken.iter().filter(is_coherence) {
+    for coherence in spectra.iter().filter(is_coherence) {
         attach_coherence(coherence, &mut responses, &mut log.diagnostics);
     }
     if !responses.responses.is_empty() {
@@ -79,7 +79,7 @@ pub(super) fn take_spectra(numbers: &mut Vec<Variable>, log: &mut RawLog) -> Res
     Ok(log.responses.is_some() || !log.spectra.is_empty())
 }
 
-/// Every row or column of a variable with its name.
+/// Applies `make` to every row or column of a variable, with its name.
 fn for_each_series<T>(
     variable: &Variable,
     length: usize,
@@ -87,17 +87,17 @@ fn for_each_series<T>(
 ) -> Vec<T> {
     let series = variable.series(length);
     let value = |&(start, step): &(usize, usize)| {
-        let at = (0..length).map(move |k| start + k * step);
+        let rows = (0..length).map(move |k| start + k * step);
         let im = |i: usize| variable.im.as_ref().map_or(0.0, |im| im[i]);
-        at.map(|i| Complex::new(variable.re[i], im(i))).collect()
+        rows.map(|i| Complex::new(variable.re[i], im(i))).collect()
     };
-    let named = series.iter().enumerate();
-    named
-        .map(|(at, s)| make(variable.series_name(at, series.len()), value(s)))
+    let numbered = series.iter().enumerate();
+    numbered
+        .map(|(k, s)| make(variable.series_name(k, series.len()), value(s)))
         .collect()
 }
 
-/// Finds the responses a coherence belongs to: those of the same name without its mark, or the only ones there are.
+/// Assigns a coherence to the responses of the same base name, or to all responses in order if their number agrees.
 fn attach_coherence(
     coherence: &Variable,
     responses: &mut FrequencyResponses,
@@ -108,23 +108,23 @@ fn attach_coherence(
         (name, value.iter().map(|v| v.re).collect::<Vec<f64>>())
     });
     let count = responses.responses.len();
-    for (at, (name, values)) in measured.into_iter().enumerate() {
-        let bare = base_name(&name);
+    for (position, (name, values)) in measured.into_iter().enumerate() {
+        let stem = base_name(&name);
         let matches: Vec<usize> = (0..count)
-            .filter(|&i| base_name(&responses.responses[i].output.name) == bare)
+            .filter(|&i| base_name(&responses.responses[i].output.name) == stem)
             .collect();
-        let place = match matches.as_slice() {
-            &[one] => Some(one),
-            _ if coherence.series(length).len() == count => Some(at),
+        let target = match matches.as_slice() {
+            &[index] => Some(index),
+            _ if coherence.series(length).len() == count => Some(position),
             _ => None,
         };
         let largest = values.iter().fold(0.0_f64, |most, &c| most.max(c));
-        match place.and_then(|place| responses.responses.get_mut(place)) {
+        match target.and_then(|target| responses.responses.get_mut(target)) {
             Some(function) => {
                 if largest > 1.0 {
                     diagnostics.push(Diagnostic {
                         code: "coherence-above-one",
-                        message: format!("the coherence `{name}` reaches {largest:.3}, and none can exceed 1"),
+                        message: format!("the coherence `{name}` reaches {largest:.3} (limit 1)"),
                         hint: Some("the analyser that wrote it averaged its spectra differently; weigh by it with care".into()),
                     });
                 }
@@ -132,22 +132,22 @@ fn attach_coherence(
             }
             None => diagnostics.push(Diagnostic {
                 code: "coherence-left-out",
-                message: format!("the coherence `{name}` belongs to none of the {count} frequency responses by its name"),
+                message: format!("the name of the coherence `{name}` matches none of the {count} frequency responses"),
                 hint: None,
             }),
         }
     }
 }
 
-/// A name without the marks of response and coherence, by which the two are matched.
+/// Name without the abbreviations of response and coherence, by which the two are matched.
 fn base_name(name: &str) -> String {
-    let mut bare: String = name
+    let mut stem: String = name
         .to_lowercase()
         .chars()
         .filter(|c| c.is_alphanumeric())
         .collect();
-    for mark in ["coherence", "coher", "coh", "frf", "hf", "tf"] {
-        bare = bare.replace(mark, "");
+    for abbreviation in ["coherence", "coher", "coh", "frf", "hf", "tf"] {
+        stem = stem.replace(abbreviation, "");
     }
-    bare
+    stem
 }

@@ -9,7 +9,7 @@ use crate::recording::raw::{ChannelGroup, RawChannel, RawLog, RawTiming};
 use crate::recording::read_options::{ChannelOptions, ReadOptions};
 use crate::recording::stated_rates::candidates;
 
-/// The group that holds the requested channels, in the requested order.
+/// Group of the requested channels, in the requested order.
 pub(super) fn select_channels(
     log: &mut RawLog,
     options: &ReadOptions,
@@ -24,7 +24,7 @@ pub(super) fn select_channels(
         return Err(no_samples(log));
     }
     if options.keep_channels.is_empty() {
-        // The longest group, and what was sampled with it; a file nearly always has one.
+        // The longest group, and the groups with the same time base; most files have a single group.
         let largest = (0..log.groups.len()).max_by_key(|&g| (log.groups[g].rows(), usize::MAX - g));
         let mut group = log.groups.remove(largest.unwrap_or(0));
         for other in std::mem::take(&mut log.groups) {
@@ -35,42 +35,42 @@ pub(super) fn select_channels(
         }
         return Ok(group);
     }
-    let (mut at, mut wanted) = (Vec::new(), Vec::new());
-    let words = options.channels_to_read();
-    for word in &words {
-        let named = |s: &&ChannelOptions| s.rename.as_ref().is_some_and(|r| r == word);
-        let word = (options.channels.iter())
-            .find(named)
-            .map_or(word, |s| &s.name);
-        let name = channel_names::find_channel(word, &known).map(|k| &known[k]);
+    let (mut group_indices, mut names) = (Vec::new(), Vec::new());
+    let requested = options.channels_to_read();
+    for request in &requested {
+        let is_renamed = |s: &&ChannelOptions| s.rename.as_ref().is_some_and(|r| r == request);
+        let request = (options.channels.iter())
+            .find(is_renamed)
+            .map_or(request, |s| &s.name);
+        let name = channel_names::find_channel(request, &known).map(|k| &known[k]);
         let group = name.and_then(|name| {
-            let holds = |g: &ChannelGroup| g.channels.iter().any(|c| c.name == *name);
-            log.groups.iter().position(holds)
+            let contains = |g: &ChannelGroup| g.channels.iter().any(|c| c.name == *name);
+            log.groups.iter().position(contains)
         });
         let (Some(name), Some(group)) = (name, group) else {
-            let column = log
+            let skipped = log
                 .skipped_columns
                 .iter()
-                .find(|(name, _)| channel_names::matches(word, name));
-            return Err(match column {
+                .find(|(name, _)| channel_names::matches(request, name));
+            return Err(match skipped {
                 Some((name, why)) => skipped_column_error(name, why),
-                None => unknown_channel(word, &known),
+                None => unknown_channel(request, &known),
             });
         };
-        wanted.push(name);
-        at.push(group);
+        names.push(name);
+        group_indices.push(group);
     }
-    let first = at.first().copied().unwrap_or(0);
-    if let Some(other) = at.iter().find(|&&g| g != first) {
-        let (one, two) = (&log.groups[first], &log.groups[*other]);
-        if !share_time_base(one, two) {
-            let apart = match one.rows() == two.rows() {
+    let first = group_indices.first().copied().unwrap_or(0);
+    if let Some(other) = group_indices.iter().find(|&&g| g != first) {
+        let (a, b) = (&log.groups[first], &log.groups[*other]);
+        if !share_time_base(a, b) {
+            let apart = match a.rows() == b.rows() {
                 true => "their time stamps begin or end apart".to_string(),
-                false => format!("{} and {} samples", one.rows(), two.rows()),
+                false => format!("{} and {} samples", a.rows(), b.rows()),
             };
             let message = format!(
                 "the channels {} do not share one clock: {apart}",
-                quoted_list(words.iter().map(String::as_str)),
+                quoted_list(requested.iter().map(String::as_str)),
             );
             let hint = "analyse channels of one clock together; `geardyn check` lists their clocks";
             return Err(Error::new(Code::Conflict, message).with_hint(hint));
@@ -78,25 +78,25 @@ pub(super) fn select_channels(
     }
     let timing = std::mem::take(&mut log.groups[first].timing);
     let mut channels = Vec::new();
-    for (name, &group) in wanted.into_iter().zip(&at) {
-        let place = log.groups[group]
+    for (name, &group) in names.into_iter().zip(&group_indices) {
+        let index = log.groups[group]
             .channels
             .iter()
             .position(|c| c.name == *name);
-        let Some(place) = place else {
-            // The trigger may be one of the channels kept, by another word.
+        let Some(index) = index else {
+            // The trigger may be one of the selected channels under another name.
             if options.trigger.is_some() && channels.len() == options.keep_channels.len() {
                 continue;
             }
             return Err(Error::new(Code::Conflict, format!("{name} is named twice"))
                 .with_hint("name each channel once"));
         };
-        channels.push(log.groups[group].channels.remove(place));
+        channels.push(log.groups[group].channels.remove(index));
     }
     Ok(ChannelGroup { timing, channels })
 }
 
-/// Channels that are left aside since they do not go with the others.
+/// Warning for channels that are skipped because they have another time base.
 fn skipped_other_rate(group: &ChannelGroup) -> Diagnostic {
     let names = quoted_list(group.channels.iter().map(|c| c.name.as_str()));
     Diagnostic {
@@ -109,7 +109,7 @@ fn skipped_other_rate(group: &ChannelGroup) -> Diagnostic {
     }
 }
 
-/// The error of a file that holds something else than samples.
+/// Error for a file without samples.
 fn no_samples(log: &RawLog) -> Error {
     let (held, hint) = match (&log.responses, log.spectra.is_empty()) {
         (Some(_), _) => (
@@ -120,41 +120,38 @@ fn no_samples(log: &RawLog) -> Error {
             "spectra",
             "`geardyn spectrum` shows their peaks; for all else export the signal over time",
         ),
-        (None, true) => (
-            "nothing that is read",
-            "check whether the right file was named",
-        ),
+        (None, true) => ("no readable data", "check whether the right file was named"),
     };
-    let message = format!("{} holds {held} and no channel of samples", log.path);
+    let message = format!("{} contains {held} and no channel of samples", log.path);
     Error::new(Code::EmptyLog, message).with_hint(hint)
 }
 
-/// Groups of one length, rate and beginning were sampled together, whatever the file makes of it.
-fn share_time_base(one: &ChannelGroup, two: &ChannelGroup) -> bool {
+/// True if two groups agree in length, stated rates, time stamps and start time.
+fn share_time_base(a: &ChannelGroup, b: &ChannelGroup) -> bool {
     fn rates(timing: &RawTiming) -> impl Iterator<Item = f64> {
         candidates(&timing.stated_rates).map(|r| r.hertz)
     }
-    let first = |c: &RawTiming| {
-        let written = c.stamps.as_ref().map(|s| s.first.clone());
-        let number = written
+    let first_stamp = |c: &RawTiming| {
+        let text = c.stamps.as_ref().map(|s| s.first.clone());
+        let number = text
             .as_ref()
             .and_then(|w| w.replace(',', ".").parse::<f64>().ok());
-        number.ok_or(written)
+        number.ok_or(text)
     };
-    let ends = |c: &RawTiming| -> Option<(f64, f64)> {
+    let last_stamp = |c: &RawTiming| -> Option<(f64, f64)> {
         let seconds = &c.stamps.as_ref()?.seconds;
         let mut end = [0.0];
         seconds.read(seconds.len().checked_sub(1)?, &mut end).ok()?;
         Some((end[0], seconds.len() as f64))
     };
-    one.rows() == two.rows()
-        && rates(&one.timing).eq(rates(&two.timing))
-        && ends(&one.timing) == ends(&two.timing)
-        && first(&one.timing) == first(&two.timing)
-        && one.timing.start == two.timing.start
+    a.rows() == b.rows()
+        && rates(&a.timing).eq(rates(&b.timing))
+        && last_stamp(&a.timing) == last_stamp(&b.timing)
+        && first_stamp(&a.timing) == first_stamp(&b.timing)
+        && a.timing.start == b.timing.start
 }
 
-/// The error of a channel that is not there.
+/// Error for a channel that does not exist.
 pub fn unknown_channel(name: &str, known: &[String]) -> Error {
     let names = known.iter().map(String::as_str);
     let hint = match suggestion(name, names.clone()) {
@@ -168,33 +165,33 @@ pub fn unknown_channel(name: &str, known: &[String]) -> Error {
     .with_hint(hint)
 }
 
-/// The error of a column that could not become a channel.
+/// Error for a column that holds no channel.
 pub(super) fn skipped_column_error(name: &str, why: &str) -> Error {
     Error::new(Code::NoSignal, format!("the channel {name} {why}"))
         .with_hint("check whether its sensor was connected and recorded; name another channel")
 }
 
-/// Refuses options given twice for a channel, and new names that cannot be distinguished.
+/// Rejects duplicate options of a channel, and ambiguous new names.
 fn check_names(channels: &[RawChannel], options: &ReadOptions) -> Result<(), Error> {
-    for (at, said) in options.channels.iter().enumerate() {
-        let before = &options.channels[..at];
-        if before.iter().any(|b| b.name == said.name) {
-            let message = format!("two [[channel]] speak of \"{}\"", said.name);
+    for (index, entry) in options.channels.iter().enumerate() {
+        let earlier = &options.channels[..index];
+        if earlier.iter().any(|b| b.name == entry.name) {
+            let message = format!("two [[channel]] refer to \"{}\"", entry.name);
             return Err(Error::new(Code::Conflict, message).with_hint("join them"));
         }
-        let Some(new) = &said.rename else { continue };
+        let Some(new) = &entry.rename else { continue };
         if new.trim().is_empty() || new.contains(char::is_control) {
-            let message = format!("\"{}\" cannot be renamed to {new:?}", said.name);
+            let message = format!("\"{}\" cannot be renamed to {new:?}", entry.name);
             return Err(Error::new(Code::OutOfRange, message).with_hint("write a name in one line"));
         }
-        let stays = |c: &RawChannel| {
-            let moved = |s: &ChannelOptions| s.name == c.name && s.rename.is_some();
-            c.name == *new && !options.channels.iter().any(moved)
+        let same = |c: &RawChannel| {
+            let is_renamed = |s: &ChannelOptions| s.name == c.name && s.rename.is_some();
+            c.name == *new && !options.channels.iter().any(is_renamed)
         };
-        if channels.iter().any(stays) || before.iter().any(|b| b.rename.as_ref() == Some(new)) {
+        if channels.iter().any(same) || earlier.iter().any(|b| b.rename.as_ref() == Some(new)) {
             let message = format!(
                 "\"{}\" is renamed to \"{new}\", and another channel has that name",
-                said.name
+                entry.name
             );
             return Err(Error::new(Code::Conflict, message).with_hint("give it a name of its own"));
         }
@@ -202,38 +199,38 @@ fn check_names(channels: &[RawChannel], options: &ReadOptions) -> Result<(), Err
     Ok(())
 }
 
-/// Calibration of each channel, found by its name.
+/// Calibration of each channel by its name.
 pub(super) fn calibrations(
     channels: &[RawChannel],
     options: &ReadOptions,
 ) -> Result<Vec<Calibration>, Error> {
     if options.channels.is_empty() {
-        let plain = channels
+        let defaults = channels
             .iter()
             .map(|c| calibrate::for_channel(&c.name, &c.unit, None));
-        return plain.collect();
+        return defaults.collect();
     }
     check_names(channels, options)?;
     let known: Vec<String> = channels.iter().map(|c| c.name.clone()).collect();
     if options.keep_channels.is_empty() {
-        for said in &options.channels {
-            if channel_names::find_channel(&said.name, &known).is_none() {
-                return Err(unknown_channel(&said.name, &known));
+        for entry in &options.channels {
+            if channel_names::find_channel(&entry.name, &known).is_none() {
+                return Err(unknown_channel(&entry.name, &known));
             }
         }
     }
     channels
         .iter()
         .map(|channel| {
-            let own = std::slice::from_ref(&channel.name);
+            let name = std::slice::from_ref(&channel.name);
             let exact = options.channels.iter().find(|s| s.name == channel.name);
-            let said = exact.or_else(|| {
+            let entry = exact.or_else(|| {
                 options
                     .channels
                     .iter()
-                    .find(|s| channel_names::find_channel(&s.name, own).is_some())
+                    .find(|s| channel_names::find_channel(&s.name, name).is_some())
             });
-            calibrate::for_channel(&channel.name, &channel.unit, said)
+            calibrate::for_channel(&channel.name, &channel.unit, entry)
         })
         .collect()
 }

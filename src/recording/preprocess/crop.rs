@@ -68,7 +68,7 @@ impl Preprocessing {
         }
         if from >= to.min(end) {
             let message = format!(
-                "nothing lies between the times requested: the log lasts {:.6} s",
+                "no samples between the requested times: the log lasts {:.6} s",
                 end / self.rate_hz
             );
             return Err(Error::new(Code::OutOfRange, message));
@@ -88,7 +88,7 @@ impl Preprocessing {
         if self.segments.is_empty() {
             return Err(Error::new(
                 Code::NoSignal,
-                "no samples lie between the times requested",
+                "no samples between the requested times",
             ));
         }
         Ok(())

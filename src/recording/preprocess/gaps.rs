@@ -52,93 +52,93 @@ impl Preprocessing {
         self.push_repair("gap-split", message);
     }
 
-    /// Ends segments where a channel has no number.
+    /// Splits segments at rows in which a channel has no number; channels marked in `empty` are ignored.
     pub(super) fn split_at_missing(&mut self, empty: &[bool]) -> Result<(), Error> {
         let rows = self.channels.first().map_or(0, |c| c.samples.len());
         let mut block = vec![0.0; BLOCK.min(rows)];
-        let (mut holes, mut rows_kept) = (0usize, Vec::new());
-        let mut bad = vec![false; BLOCK.min(rows)];
-        let mut open: Option<usize> = None;
+        let (mut n_missing, mut valid) = (0usize, Vec::new());
+        let mut is_missing = vec![false; BLOCK.min(rows)];
+        let mut segment_start: Option<usize> = None;
         let starts: Vec<usize> = self.segments.iter().map(|s| s.rows.start).collect();
-        let mut at = 0;
-        while at < rows {
-            let count = BLOCK.min(rows - at);
-            bad[..count].fill(false);
+        let mut row_index = 0;
+        while row_index < rows {
+            let count = BLOCK.min(rows - row_index);
+            is_missing[..count].fill(false);
             for (channel, empty) in self.channels.iter().zip(empty) {
                 if *empty {
                     continue;
                 }
-                channel.samples.read(at, &mut block[..count])?;
-                for (bad, x) in bad.iter_mut().zip(&block[..count]) {
-                    *bad |= !x.is_finite();
+                channel.samples.read(row_index, &mut block[..count])?;
+                for (is_missing, x) in is_missing.iter_mut().zip(&block[..count]) {
+                    *is_missing |= !x.is_finite();
                 }
             }
-            for (j, &bad) in bad[..count].iter().enumerate() {
-                let row = at + j;
-                if (bad || starts.binary_search(&row).is_ok())
-                    && let Some(start) = open.take()
+            for (j, &is_missing) in is_missing[..count].iter().enumerate() {
+                let row = row_index + j;
+                if (is_missing || starts.binary_search(&row).is_ok())
+                    && let Some(start) = segment_start.take()
                     && start < row
                 {
-                    rows_kept.push(start..row);
+                    valid.push(start..row);
                 }
-                holes += usize::from(bad);
-                if !bad && open.is_none() {
-                    open = Some(row);
+                n_missing += usize::from(is_missing);
+                if !is_missing && segment_start.is_none() {
+                    segment_start = Some(row);
                 }
             }
-            at += count;
+            row_index += count;
         }
-        rows_kept.extend(open.map(|start| start..rows));
-        if holes > 0 {
-            let rows = match holes {
+        valid.extend(segment_start.map(|start| start..rows));
+        if n_missing > 0 {
+            let rows = match n_missing {
                 1 => "1 row has a channel without a number".to_string(),
                 n => format!("{n} rows have a channel without a number"),
             };
-            let left = match rows_kept.len() {
+            let left = match valid.len() {
                 1 => "the neighbouring segment is used".to_string(),
                 n => format!("{n} segments without such rows are used"),
             };
             self.push_repair("cells-missing", format!("{rows}: {left}"));
         }
-        if rows_kept.is_empty() {
+        if valid.is_empty() {
             return Err(
                 Error::new(Code::NoSignal, "no sample has a number in every channel").with_hint(
                     "choose channels that have numbers at the same time: --channel, --output",
                 ),
             );
         }
-        let of = |rows: Range<usize>| {
+        let to_segment = |rows: Range<usize>| {
             let after = starts.partition_point(|&start| start <= rows.start);
             self.segments[after.saturating_sub(1)].slice(rows)
         };
-        self.segments = rows_kept.into_iter().map(of).collect();
+        self.segments = valid.into_iter().map(to_segment).collect();
         Ok(())
     }
 
-    /// Channels without any number, which are harmless unless requested.
+    /// Marks the channels without any number.
     pub(super) fn empty_channels(&self) -> Result<Vec<bool>, Error> {
         self.channels
             .iter()
             .map(|channel| {
                 let n = channel.samples.len();
                 let mut block = vec![0.0; BLOCK.min(n)];
-                let mut at = 0;
-                while at < n {
-                    let count = BLOCK.min(n - at);
-                    channel.samples.read(at, &mut block[..count])?;
+                let mut row = 0;
+                while row < n {
+                    let count = BLOCK.min(n - row);
+                    channel.samples.read(row, &mut block[..count])?;
                     if block[..count].iter().any(|x| x.is_finite()) {
                         return Ok(false);
                     }
-                    at += count;
+                    row += count;
                 }
                 Ok(true)
             })
             .collect()
     }
 
-    /// Straight lines over gaps of the stamps and over missing numbers.
+    /// Fills gaps of the time stamps and missing numbers by linear interpolation.
     pub(super) fn interpolate_gaps(&mut self) -> Result<(), Error> {
-        /// More than this many times what was measured is nothing but straight lines.
+        /// Largest ratio of the length after filling to the number of measured samples.
         const MAX_FILL_RATIO: f64 = 10.0;
         let (Some(first), Some(last)) = (self.segments.first(), self.segments.last()) else {
             return Ok(());
@@ -154,37 +154,37 @@ impl Preprocessing {
                 length / self.rate_hz
             );
             return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("leave the gaps, or analyse a part without them: --after, --before"));
+                .with_hint("keep the gaps, or analyse a part without them: --after, --before"));
         }
         let steps = (self.segments.windows(2)).map(|pair| pair[1].start - pair[0].end());
-        let (mut missing, mut off, mut most) = (Vec::new(), 0.0, 0.0f64);
+        let (mut missing, mut remainder, mut most) = (Vec::new(), 0.0, 0.0f64);
         for steps in steps {
-            let whole = (steps + off).round().max(0.0);
-            off += steps - whole;
-            most = most.max(f64::abs(off));
-            missing.push(whole as usize);
+            let count = (steps + remainder).round().max(0.0);
+            remainder += steps - count;
+            most = most.max(f64::abs(remainder));
+            missing.push(count as usize);
         }
         for channel in &mut self.channels {
-            let mut whole = SampleColumn::default();
-            let mut before = 0.0;
+            let mut filled = SampleColumn::default();
+            let mut previous = 0.0;
             for (at, segment) in self.segments.iter().enumerate() {
                 let (mut first, mut last) = ([0.0], [0.0]);
                 channel.samples.read(segment.rows.start, &mut first)?;
                 channel.samples.read(segment.rows.end - 1, &mut last)?;
                 if let Some(&missing) = at.checked_sub(1).and_then(|at| missing.get(at)) {
-                    let step = (first[0] - before) / (missing + 1) as f64;
+                    let step = (first[0] - previous) / (missing + 1) as f64;
                     let bridge: Vec<f64> =
-                        (1..=missing).map(|k| before + k as f64 * step).collect();
-                    whole.push(&bridge)?;
+                        (1..=missing).map(|k| previous + k as f64 * step).collect();
+                    filled.push(&bridge)?;
                 }
-                copy(&channel.samples, segment.rows.clone(), &mut whole, 1.0)?;
-                before = last[0];
+                copy(&channel.samples, segment.rows.clone(), &mut filled, 1.0)?;
+                previous = last[0];
             }
-            channel.samples = whole;
+            channel.samples = filled;
         }
-        let filled: usize = missing.iter().sum();
+        let n_filled: usize = missing.iter().sum();
         self.segments = vec![Segment {
-            rows: 0..held + filled,
+            rows: 0..held + n_filled,
             start,
         }];
         let moved = match most > GRID_TOLERANCE {
@@ -193,7 +193,7 @@ impl Preprocessing {
         };
         let message = format!(
             "{} filled by straight lines, as requested: spectra near and above the width of the gaps are made up{moved}",
-            pluralise(filled, "missing sample")
+            pluralise(n_filled, "missing sample")
         );
         self.push_repair("gap-filled", message);
         Ok(())

@@ -115,7 +115,7 @@ impl Preprocessing {
             text(long)
         );
         self.push_repair("resampled", message);
-        let message = format!("the jitter of the time stamps limits trust above {band:.4} Hz");
+        let message = format!("the jitter of the time stamps limits accuracy above {band:.4} Hz");
         self.diagnostics.push(Diagnostic {
             code: "time-jitter",
             message,

@@ -1,4 +1,4 @@
-//! Preprocessing of a raw log: sample rate, gaps, jitter, calibration; returns a `Recording`.
+//! Preprocessing of a raw log into a `Recording`: sample rate, gaps, jitter, cropping, calibration.
 
 use std::ops::Range;
 
@@ -23,20 +23,20 @@ mod crop;
 
 mod rate;
 
-/// Samples handled at a time.
+/// Block length of reads and writes, samples.
 const BLOCK: usize = 1 << 16;
 
-/// Places closer to a whole step than this are on it.
+/// Largest distance from the grid of samples for a position on the grid, sample intervals.
 const GRID_TOLERANCE: f64 = 1e-3;
 
-/// Settles the time base of a log and scales its channels.
+/// Determines the time base of a log, splits or fills gaps, and scales the channels.
 ///
 /// # Errors
-/// No rate or contradicting ones, stamps out of order, channels that do not exist or do not share a clock, units without sense.
+/// The rate is missing or contradictory; time stamps are not ascending; a channel does not exist or has another time base; a unit is invalid.
 pub fn preprocess(log: RawLog, options: &ReadOptions) -> Result<Recording, Error> {
     let path = log.path.clone();
     preprocess_group(log, options).map_err(|mut e| {
-        // The clock knows the lines of its rows and not whose they are.
+        // Errors of the time base have a line number but no path.
         e.span = e.span.map(|span| match span.source().path.is_empty() {
             true => SourceSpan::whole_line(&path, span.line()),
             false => span,
@@ -49,12 +49,12 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
     let group = channels::select_channels(&mut log, options)?;
     let calibrations = channels::calibrations(&group.channels, options)?;
     let stamps = group.timing.stamps.as_ref();
-    let examined = stamps.map(|stamps| time_base::fit(&group.timing, stamps));
-    // A stated rate needs no stamps: it is compared with those that can be read.
+    let fitted = stamps.map(|stamps| time_base::fit(&group.timing, stamps));
+    // A rate stated by the user needs no time stamps; it is compared with those that can be read.
     let is_stated = matches!(options.rate, Some(RateSource::Hertz(_)));
     let (base, compared) = match is_stated {
-        true => (None, examined.and_then(Result::ok)),
-        false => (examined.transpose()?, None),
+        true => (None, fitted.and_then(Result::ok)),
+        false => (fitted.transpose()?, None),
     };
     let rate = rate::rate(&group, base.as_ref(), options)?;
     let rate_hz = rate.hertz;
@@ -67,7 +67,7 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
     {
         log.diagnostics.push(Diagnostic {
             code: "values-missing",
-            message: format!("the header states {stated} samples, the file holds {rows}"),
+            message: format!("the header states {stated} samples, the file contains {rows}"),
             hint: Some("check whether the file was cut off".to_string()),
         });
     }
@@ -78,7 +78,7 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
             hint: None,
         });
     }
-    let mut settled = Preprocessing {
+    let mut work = Preprocessing {
         rate_hz,
         segments: match &base {
             Some(base) => segments(base, rate_hz),
@@ -92,73 +92,73 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
         channels: group.channels,
     };
     if let (Some(base), Some(stamps)) = (&base, &group.timing.stamps) {
-        settled.report_gaps(base, options);
-        settled.resample_jitter(base, stamps)?;
+        work.report_gaps(base, options);
+        work.resample_jitter(base, stamps)?;
     }
-    let empty = settled.empty_channels()?;
-    if let Some(at) = empty
+    let empty = work.empty_channels()?;
+    if let Some(index) = empty
         .iter()
         .position(|e| *e)
         .filter(|_| !options.keep_channels.is_empty())
     {
-        let name = &settled.channels[at].name;
+        let name = &work.channels[index].name;
         return Err(channels::skipped_column_error(
             name,
-            "holds no number in any row",
+            "contains no number in any row",
         ));
     }
-    settled.split_at_missing(&empty)?;
-    settled.crop(options)?;
+    work.split_at_missing(&empty)?;
+    work.crop(options)?;
     if !options.keep_channels.is_empty() {
-        // The trigger was read for its level alone.
-        settled.channels.truncate(options.keep_channels.len());
+        // The trigger channel was read only for its level.
+        work.channels.truncate(options.keep_channels.len());
     }
     if options.gaps == GapPolicy::Fill {
-        settled.interpolate_gaps()?;
+        work.interpolate_gaps()?;
     }
     let first_s = group.timing.stamps.as_ref().map_or(0.0, |s| s.first_s);
-    settled.finish(log, (group.timing.start, first_s), rate, &calibrations)
+    work.finish(log, (group.timing.start, first_s), rate, &calibrations)
 }
 
-/// Rows without a gap.
+/// Segment of rows without a gap.
 struct Segment {
     rows: Range<usize>,
-    /// Start of the segment, in steps from the first sample of the log.
+    /// Start of the segment, sample intervals from the first sample of the log.
     start: f64,
 }
 
 impl Segment {
-    /// The place after its last sample.
+    /// Position after the last sample, sample intervals.
     fn end(&self) -> f64 {
         self.start + self.rows.len() as f64
     }
 
-    /// A part of it.
+    /// Sub-segment of the given rows.
     fn slice(&self, rows: Range<usize>) -> Segment {
         let start = self.start + (rows.start - self.rows.start) as f64;
         Segment { rows, start }
     }
 }
 
-/// The segments of a time base, on whole steps where their stamps are.
+/// Segments of a time base; starts within tolerance of a sample are rounded to it.
 fn segments(base: &TimeBase, rate_hz: f64) -> Vec<Segment> {
     let first = base.segment_starts.first().copied().unwrap_or(0.0);
-    let place = |start_s: &f64| {
-        let place = (start_s - first) * rate_hz;
-        match (place - place.round()).abs() < GRID_TOLERANCE {
-            true => place.round(),
-            false => place,
+    let position = |start_s: &f64| {
+        let position = (start_s - first) * rate_hz;
+        match (position - position.round()).abs() < GRID_TOLERANCE {
+            true => position.round(),
+            false => position,
         }
     };
-    let both = base.segments.iter().zip(&base.segment_starts);
-    both.map(|(rows, start_s)| Segment {
-        rows: rows.clone(),
-        start: place(start_s),
-    })
-    .collect()
+    (base.segments.iter().zip(&base.segment_starts))
+        .map(|(rows, start_s)| Segment {
+            rows: rows.clone(),
+            start: position(start_s),
+        })
+        .collect()
 }
 
-/// The channels on their way.
+/// Intermediate state of the preprocessing.
 struct Preprocessing {
     rate_hz: f64,
     segments: Vec<Segment>,
@@ -172,7 +172,7 @@ impl Preprocessing {
         self.repairs.push(Repair { kind, message });
     }
 
-    /// Scales, and puts the segments end to end.
+    /// Scales the channels and concatenates the segments.
     fn finish(
         self,
         log: RawLog,
@@ -183,9 +183,9 @@ impl Preprocessing {
         let mut channels = Vec::new();
         for (channel, calibration) in self.channels.into_iter().zip(calibrations) {
             let overloads = channel.overloads;
-            let whole =
-                matches!(&self.segments[..], [one] if one.rows == (0..channel.samples.len()));
-            let samples = match whole && calibration.factor == 1.0 {
+            let is_complete =
+                matches!(&self.segments[..], [single] if single.rows == (0..channel.samples.len()));
+            let samples = match is_complete && calibration.factor == 1.0 {
                 true => channel.samples,
                 false => {
                     let mut scaled = SampleColumn::default();
@@ -208,13 +208,13 @@ impl Preprocessing {
                 overloads,
             });
         }
-        let mut at = 0;
-        let packed = |s: &Segment| {
-            let start = at;
-            at += s.rows.len();
-            start..at
+        let mut end = 0;
+        let packed_range = |s: &Segment| {
+            let start = end;
+            end += s.rows.len();
+            start..end
         };
-        let stretches: Vec<Range<usize>> = self.segments.iter().map(packed).collect();
+        let segments: Vec<Range<usize>> = self.segments.iter().map(packed_range).collect();
         Ok(Recording {
             path: log.path.clone(),
             dialect: log.dialect,
@@ -222,13 +222,13 @@ impl Preprocessing {
             rate_hz: self.rate_hz,
             rate_std: rate.std,
             rate_source: rate.source,
-            samples: at,
-            segments: stretches,
+            samples: end,
+            segments,
             segment_starts: self.segments.iter().map(|s| s.start).collect(),
             start,
             files: vec![LogFile {
                 path: log.path.clone(),
-                samples: 0..at,
+                samples: 0..end,
                 first_s,
             }],
             channels,
@@ -238,7 +238,7 @@ impl Preprocessing {
     }
 }
 
-/// Appends a segment of one column to another, times a factor.
+/// Appends rows of one column to another, multiplied by a factor.
 fn copy(
     from: &SampleColumn,
     rows: Range<usize>,
@@ -246,13 +246,13 @@ fn copy(
     factor: f64,
 ) -> Result<(), Error> {
     let mut block = vec![0.0; BLOCK.min(rows.len())];
-    let mut at = rows.start;
-    while at < rows.end {
-        let count = BLOCK.min(rows.end - at);
-        from.read(at, &mut block[..count])?;
+    let mut row = rows.start;
+    while row < rows.end {
+        let count = BLOCK.min(rows.end - row);
+        from.read(row, &mut block[..count])?;
         block[..count].iter_mut().for_each(|x| *x *= factor);
         to.push(&block[..count])?;
-        at += count;
+        row += count;
     }
     Ok(())
 }

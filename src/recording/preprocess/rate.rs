@@ -56,7 +56,7 @@ fn chosen(
         (Some(RateSource::Hertz(rate)), _) => Ok(stated(rate, "as stated".to_string())),
         (Some(RateSource::TimeStamps), Some(base)) => Ok(by_stamps(base)),
         (Some(RateSource::TimeStamps), None) => {
-            let message = "the log has no time stamps to take the rate from";
+            let message = "the log has no time stamps to determine the rate";
             Err(Error::new(Code::RateUnknown, message).with_hint("state it: --rate HZ"))
         }
         (None, Some(base)) => {
@@ -84,7 +84,7 @@ fn stated(hertz: f64, source: String) -> Rate {
 /// The rate that the file states; a bare `rate` where it is `named` by the user.
 fn header_rate(group: &ChannelGroup, named: bool) -> Result<Rate, Error> {
     if let Some(rate) = stated_rates::agreed_rate(&group.timing.stated_rates, named)? {
-        let source = format!("as the header says ({})", rate.key);
+        let source = format!("from the header ({})", rate.key);
         return Ok(stated(rate.hertz, source));
     }
     if let Some(unread) = &group.timing.invalid_rate {
@@ -128,13 +128,13 @@ pub(super) fn contradicted(
                 base.map_or(0.0, |b| DEVIATIONS * b.rate_std),
             )
         })
-        .map(|r| format!("`{}` says {} Hz", r.key, short(r.hertz)))
+        .map(|r| format!("`{}` states {} Hz", r.key, short(r.hertz)))
         .collect();
     if let Some(base) = base.filter(|base| differs_from_stamps(taken_hz, base)) {
         others.push(format!("the time stamps say {} Hz", short(base.rate_hz)));
     }
     let hint = match is_stated {
-        true => "leave --rate out to take the rate of the log, or check the unit of its times",
+        true => "omit --rate to use the rate of the log, or check the unit of its times",
         false => "if the rate taken is wrong, state it: --rate HZ",
     };
     (!others.is_empty()).then(|| Diagnostic {
@@ -156,7 +156,7 @@ fn short(rate_hz: f64) -> f64 {
 /// The error of a rate that no recorder has.
 fn implausible_rate(rate_hz: f64, source: &str) -> Error {
     let message = format!(
-        "a sample rate of {rate_hz:e} Hz{source} cannot be: it lies outside of {:e} to {:e} Hz",
+        "a sample rate of {rate_hz:e} Hz{source} is outside of {:e} to {:e} Hz",
         VALID_RATES_HZ.start(),
         VALID_RATES_HZ.end()
     );
@@ -172,7 +172,7 @@ fn conflicting_rates(group: &ChannelGroup, base: &TimeBase) -> Error {
         format!("; the header speaks of {n} samples, the file holds {rows}")
     });
     let stated: Vec<String> = stated_rates::candidates(&group.timing.stated_rates)
-        .map(|r| format!("the header ({}) says {} Hz", r.key, r.hertz))
+        .map(|r| format!("the header ({}) states {} Hz", r.key, r.hertz))
         .collect();
     let message = format!(
         "{}, the time stamps say {:.6} Hz{counts}",

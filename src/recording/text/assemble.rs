@@ -41,7 +41,7 @@ pub(super) fn assemble(
             log,
             "footer-skipped",
             format!(
-                "{} without any number at the end passed over",
+                "{} without any number at the end skipped",
                 pluralise(trailing, "row")
             ),
         );
@@ -52,7 +52,7 @@ pub(super) fn assemble(
             log,
             "footer-skipped",
             format!(
-                "{} after the rows passed over, from line {line} on: \"{text}\"",
+                "{} after the rows skipped, from line {line} on: \"{text}\"",
                 pluralise(*count, "line")
             ),
         );
@@ -64,7 +64,7 @@ pub(super) fn assemble(
     }
     if let Some(first) = body.repeated.first() {
         let message = format!(
-            "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps give the time between",
+            "{} of the header repeated between the rows skipped, the first line {first}: rows on either side are joined, and only time stamps give the time between",
             pluralise(body.repeated.len(), "line")
         );
         note(log, "header-repeated", message);
@@ -97,7 +97,7 @@ pub(super) fn assemble(
         }
         report_cells(log, sink, &filled);
         let group = &mut log.groups[sink.group];
-        match sink.reader.map(|at| &plan.accumulators[at]) {
+        match sink.reader.map(|at| &plan.stamp_parsers[at]) {
             Some(reader) => {
                 if reader.is_ambiguous() {
                     log.diagnostics.push(Diagnostic {
@@ -140,7 +140,7 @@ pub(super) fn assemble(
     if log.groups.is_empty() {
         return Err(Error::new(
             Code::EmptyLog,
-            format!("{} holds time stamps and no channel", log.path),
+            format!("{} contains time stamps and no channel", log.path),
         )
         .with_hint("state that no column is the time, if the numbers are a channel: --time none"));
     }
@@ -153,13 +153,11 @@ pub(super) fn assemble(
         return Err(Error::new(
             Code::NotANumber,
             format!(
-                "`{channel}` of {} holds complex numbers, and no column gives their frequencies",
+                "`{channel}` of {} contains complex numbers, but no column gives their frequencies",
                 log.path
             ),
         )
-        .with_hint(
-            "frequency responses need a first column of frequencies, named such as frequency_Hz",
-        ));
+        .with_hint("add a first column of frequencies, named such as frequency_Hz"));
     }
     Ok(())
 }
@@ -178,7 +176,7 @@ pub(super) fn note(log: &mut RawLog, kind: &'static str, message: String) {
 }
 
 fn leave_out(log: &mut RawLog, name: &str, why: &'static str) {
-    let message = format!("column `{name}` {why}: it is no channel");
+    let message = format!("column `{name}` {why}: not a channel");
     note(log, "column-left-out", message);
     log.skipped_columns.push((name.to_string(), why));
 }

@@ -16,7 +16,7 @@ pub struct Separators {
 pub enum Cell {
     /// A finite number.
     Number(f64),
-    /// A finite number with thousands separators; `unambiguous` where it cannot be read otherwise.
+    /// A finite number with thousands separators.
     Thousands {
         /// The number.
         value: f64,
@@ -25,15 +25,15 @@ pub enum Cell {
     },
     /// `1+2i`: real and imaginary part.
     Complex(f64, f64),
-    /// Blank, `NaN`, `***` and their kin.
+    /// Missing sample: blank, `***`, `###` or one of `MISSING_WORDS`.
     Missing,
-    /// `OVERLOAD_WORDS` and its kin.
+    /// Sample beyond the range of the instrument: one of `OVERLOAD_WORDS`.
     Overload,
     /// Anything else.
     Text,
 }
 
-/// Words for a sample that is not there, in lower case.
+/// Words for a missing sample, in lower case.
 const MISSING_WORDS: &[&str] = &[
     "nan",
     "-nan",
@@ -95,10 +95,10 @@ const OVERLOAD_WORDS: &[&str] = &[
     "过载",
 ];
 
-/// The longest text a number or one of the words takes, bytes.
+/// Maximum length of a number or one of the words, bytes.
 const MAX_NUMBER_LEN: usize = 64;
 
-/// Parsed content of a cell; blanks and quotes around it do not matter.
+/// Parsed content of a cell; surrounding blanks and quotes are ignored.
 pub fn parse_cell(cell: &[u8], decimal: u8) -> Cell {
     let cell = trim_cell(cell);
     if cell.is_empty() {
@@ -110,11 +110,8 @@ pub fn parse_cell(cell: &[u8], decimal: u8) -> Cell {
     if let Some(value) = number(cell, decimal) {
         return Cell::Number(value);
     }
-    if let Some((value, sure)) = grouped(cell, decimal) {
-        return Cell::Thousands {
-            value,
-            unambiguous: sure,
-        };
+    if let Some((value, unambiguous)) = grouped(cell, decimal) {
+        return Cell::Thousands { value, unambiguous };
     }
     if let Some((re, im)) = complex(cell, decimal) {
         return Cell::Complex(re, im);
@@ -122,7 +119,7 @@ pub fn parse_cell(cell: &[u8], decimal: u8) -> Cell {
     parse_word(cell)
 }
 
-/// A cell without the blanks and quotes around it.
+/// The cell without surrounding blanks and quotes.
 pub fn trim_cell(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();
     match cell {
@@ -131,10 +128,10 @@ pub fn trim_cell(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// A finite number that fills the cell: sign, digits, decimal mark, exponent (`E`, `D`, or Fortran's bare three digits).
+/// The finite number that fills the cell: sign, digits, decimal mark, exponent (`E`, `D`, or Fortran's bare three digits).
 pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
-    let starts = |b: &u8| b.is_ascii_digit() || matches!(*b, b'+' | b'-' | b'.' | b',' | 0xE2);
-    if !cell.first().is_some_and(starts) || !cell.iter().any(u8::is_ascii_digit) {
+    let can_start = |b: &u8| b.is_ascii_digit() || matches!(*b, b'+' | b'-' | b'.' | b',' | 0xE2);
+    if !cell.first().is_some_and(can_start) || !cell.iter().any(u8::is_ascii_digit) {
         return None;
     }
     let cell = match cell {
@@ -150,7 +147,7 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
             b if b == decimal => b'.',
             b'.' | b',' => return None,
             b'd' | b'D' => b'E',
-            // The minus sign of typography, U+2212.
+            // The typographic minus sign, U+2212.
             0xE2 => {
                 rest = after.strip_prefix(&[0x88, 0x92])?;
                 b'-'
@@ -163,7 +160,7 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
     let value = match decimal::parse(text, b'.') {
         Some(value) => value,
         None => {
-            // `1.234567-100`: a field of Fortran too narrow for the letter.
+            // `1.234567-100`: Fortran omits the letter before an exponent of three digits.
             let sign = n.checked_sub(4).filter(|&at| at > 2)?;
             let exponent = text[sign + 1..].iter().all(u8::is_ascii_digit);
             if !exponent || !matches!(text[sign], b'+' | b'-') || !text[..sign].contains(&b'.') {
@@ -177,7 +174,7 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A number whose digits are grouped by three, and whether it can be read in no other way.
+/// The number of a cell with thousands separators, and whether no other reading is possible.
 fn grouped(cell: &[u8], decimal: u8) -> Option<(f64, bool)> {
     let text = std::str::from_utf8(cell).ok()?;
     let sign = usize::from(text.starts_with(['+', '-']));
@@ -187,19 +184,19 @@ fn grouped(cell: &[u8], decimal: u8) -> Option<(f64, bool)> {
         None => (&text[sign..], None),
     };
     let separator = whole.chars().find(|c| !c.is_ascii_digit())?;
-    let allowed = [' ', '\u{a0}', '\u{202f}', '\u{2009}', '\'', '’', '.', ','];
-    if !allowed.contains(&separator) || separator == mark {
+    let separators = [' ', '\u{a0}', '\u{202f}', '\u{2009}', '\'', '’', '.', ','];
+    if !separators.contains(&separator) || separator == mark {
         return None;
     }
     let mut digits = text[..sign].to_string();
     let mut groups = 0;
-    for (place, group) in whole.split(separator).enumerate() {
-        let right = if place == 0 {
+    for (index, group) in whole.split(separator).enumerate() {
+        let is_valid = if index == 0 {
             (1..=3).contains(&group.len())
         } else {
             group.len() == 3
         };
-        if !right || !group.bytes().all(|b| b.is_ascii_digit()) {
+        if !is_valid || !group.bytes().all(|b| b.is_ascii_digit()) {
             return None;
         }
         digits.push_str(group);
@@ -210,11 +207,11 @@ fn grouped(cell: &[u8], decimal: u8) -> Option<(f64, bool)> {
         digits.push_str(fraction);
     }
     let value = number(digits.as_bytes(), b'.')?;
-    let sure = groups > 2 || fraction.is_some() || !matches!(separator, '.' | ',');
-    Some((value, sure))
+    let unambiguous = groups > 2 || fraction.is_some() || !matches!(separator, '.' | ',');
+    Some((value, unambiguous))
 }
 
-/// `1+2i`, `(1.5-2e-3j)`, `1 - 2i`, `2i`.
+/// Real and imaginary part of `1+2i`, `(1.5-2e-3j)`, `1 - 2i`, `2i`.
 fn complex(cell: &[u8], decimal: u8) -> Option<(f64, f64)> {
     let inner = match cell {
         [b'(', inner @ .., b')'] => inner,
@@ -225,10 +222,10 @@ fn complex(cell: &[u8], decimal: u8) -> Option<(f64, f64)> {
         return None;
     };
     let body = body.strip_suffix(b"*").unwrap_or(body);
-    let splits = |at: &usize| {
+    let is_split = |at: &usize| {
         *at > 0 && matches!(body[*at], b'+' | b'-') && !matches!(body[*at - 1], b'e' | b'E')
     };
-    match (0..body.len()).rev().find(splits) {
+    match (0..body.len()).rev().find(is_split) {
         Some(at) => {
             let imaginary = match &body[at..] {
                 b"+" => 1.0,
@@ -241,16 +238,16 @@ fn complex(cell: &[u8], decimal: u8) -> Option<(f64, f64)> {
     }
 }
 
-/// A word for no sample, or text.
+/// Classifies a word as missing sample, overload or text.
 fn parse_word(cell: &[u8]) -> Cell {
     if cell.iter().all(|b| *b == b'*') || cell.iter().all(|b| *b == b'#') {
         return Cell::Missing;
     }
-    // What is no UTF-8 is Latin-1 in most words that could be meant.
+    // A word that is not UTF-8 is taken as Latin-1.
     let latin = || cell.iter().map(|&b| char::from(b)).collect::<String>();
     let text = std::str::from_utf8(cell).map_or_else(|_| latin(), str::to_string);
     let text = text.to_lowercase();
-    // What old C libraries of Windows print: -1.#IND, 1.#QNAN, 1.#INF00.
+    // Old Windows C libraries print -1.#IND, 1.#QNAN, 1.#INF00.
     let windows = text.trim_start_matches(['+', '-']).strip_prefix("1.#");
     if windows
         .is_some_and(|w| w.starts_with("ind") || w.starts_with("qnan") || w.starts_with("inf"))
@@ -264,7 +261,7 @@ fn parse_word(cell: &[u8]) -> Cell {
     Cell::Text
 }
 
-/// The cells of a row with the byte each begins at; quotes keep delimiters in.
+/// Iterator over the cells of a row with the byte index of their start; delimiters inside quotes do not split.
 pub struct CellIter<'r> {
     row: &'r [u8],
     at: Option<usize>,
@@ -272,7 +269,7 @@ pub struct CellIter<'r> {
 }
 
 impl<'r> CellIter<'r> {
-    /// The cells of `row`, which holds no line end.
+    /// Cells of `row`, which must not contain a line end.
     pub fn new(row: &'r [u8], delimiter: u8) -> CellIter<'r> {
         let at = if delimiter == b' ' {
             skip_blanks(row, 0)
@@ -311,13 +308,13 @@ pub fn cell_end(row: &[u8], start: usize, delimiter: u8) -> usize {
     let rest = &row[start..];
     let blanks = rest.iter().take_while(|b| **b == b' ').count();
     if rest.get(blanks) == Some(&b'"') {
-        // A quote ends at the next one that is not doubled; a quote never closed is an ordinary sign.
+        // A quote ends at the next one that is not doubled; an unclosed quote is an ordinary character.
         let mut at = blanks + 1;
-        while let Some(found) = memchr::memchr(b'"', &rest[at..]) {
-            at += found + 1;
+        while let Some(offset) = memchr::memchr(b'"', &rest[at..]) {
+            at += offset + 1;
             if rest.get(at) != Some(&b'"') {
-                let after = at + len_to_delimiter(&rest[at..], delimiter);
-                return start + after;
+                let end = at + len_to_delimiter(&rest[at..], delimiter);
+                return start + end;
             }
             at += 1;
         }
@@ -325,16 +322,16 @@ pub fn cell_end(row: &[u8], start: usize, delimiter: u8) -> usize {
     start + len_to_delimiter(rest, delimiter)
 }
 
-/// Bytes before the next delimiter.
+/// Number of bytes before the next delimiter.
 fn len_to_delimiter(rest: &[u8], delimiter: u8) -> usize {
-    let found = match delimiter {
+    let position = match delimiter {
         b' ' => memchr::memchr2(b' ', b'\t', rest),
         delimiter => memchr::memchr(delimiter, rest),
     };
-    found.unwrap_or(rest.len())
+    position.unwrap_or(rest.len())
 }
 
-/// Start of the cell at `at`: past blanks where these are the delimiter.
+/// Start of the cell at `at`, after blanks if these are the delimiter.
 pub fn skip_blanks_of(row: &[u8], at: usize, delimiter: u8) -> usize {
     if delimiter == b' ' {
         skip_blanks(row, at)
@@ -343,20 +340,20 @@ pub fn skip_blanks_of(row: &[u8], at: usize, delimiter: u8) -> usize {
     }
 }
 
-/// The first byte from `at` on that is no blank.
+/// Index of the first byte from `at` on that is not a blank.
 pub fn skip_blanks(row: &[u8], at: usize) -> usize {
-    let blank = |b: &&u8| matches!(**b, b' ' | b'\t');
-    at + row[at..].iter().take_while(blank).count()
+    let is_blank = |b: &&u8| matches!(**b, b' ' | b'\t');
+    at + row[at..].iter().take_while(is_blank).count()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Numbers as programs and people write them.
+    /// Number formats of exports and of manual entry.
     #[test]
     fn exact_numbers_of_every_shape() {
-        let point: &[(&str, f64)] = &[
+        let plain: &[(&str, f64)] = &[
             ("1.5", 1.5),
             ("-1.5e3", -1500.0),
             ("+2", 2.0),
@@ -371,7 +368,7 @@ mod tests {
             ("2.614265943586755E-4", 2.614265943586755e-4),
             ("1e-320", 1e-320),
         ];
-        for &(text, value) in point {
+        for &(text, value) in plain {
             assert_eq!(
                 parse_cell(text.as_bytes(), b'.'),
                 Cell::Number(value),
@@ -387,13 +384,10 @@ mod tests {
             ("1,234", b'.', 1234.0, false),
             ("-12\u{202f}345,25", b',', -12_345.25, true),
         ];
-        for &(text, decimal, value, sure) in grouped {
+        for &(text, decimal, value, unambiguous) in grouped {
             assert_eq!(
                 parse_cell(text.as_bytes(), decimal),
-                Cell::Thousands {
-                    value,
-                    unambiguous: sure
-                },
+                Cell::Thousands { value, unambiguous },
                 "{text}"
             );
         }
@@ -402,7 +396,7 @@ mod tests {
         assert_eq!(parse_cell(b"-2i", b'.'), Cell::Complex(0.0, -2.0));
     }
 
-    /// Missing and overloaded samples are words; everything else is text.
+    /// Words for missing and overloaded samples; any other word is text.
     #[test]
     fn exact_words_for_no_number() {
         for text in [
@@ -430,19 +424,22 @@ mod tests {
         }
     }
 
-    /// Quotes keep delimiters in; runs of blanks part cells once.
+    /// Delimiters inside quotes do not split; a run of blanks is one delimiter.
     #[test]
     fn exact_cells_of_a_row() {
-        let of = |row: &'static str, delimiter| -> Vec<&str> {
+        let split = |row: &'static str, delimiter| -> Vec<&str> {
             let cells = CellIter::new(row.as_bytes(), delimiter);
             cells
                 .map(|(_, c)| std::str::from_utf8(c).unwrap())
                 .collect()
         };
-        assert_eq!(of("a,\"b,\"\"c\",d,", b','), ["a", "\"b,\"\"c\"", "d", ""]);
-        assert_eq!(of("  1 \t 2  ", b' '), ["1", "2"]);
-        assert_eq!(of("5\" pipe,2", b','), ["5\" pipe", "2"]);
-        assert_eq!(of("\"open,2", b','), ["\"open", "2"]);
-        assert_eq!(of("", b','), [""]);
+        assert_eq!(
+            split("a,\"b,\"\"c\",d,", b','),
+            ["a", "\"b,\"\"c\"", "d", ""]
+        );
+        assert_eq!(split("  1 \t 2  ", b' '), ["1", "2"]);
+        assert_eq!(split("5\" pipe,2", b','), ["5\" pipe", "2"]);
+        assert_eq!(split("\"open,2", b','), ["\"open", "2"]);
+        assert_eq!(split("", b','), [""]);
     }
 }

@@ -1,6 +1,6 @@
 //! Dialect detection of a text log: separators, first data row, data type of each column.
 //!
-//! Found from the first megabyte.
+//! The dialect is detected in the first megabyte of the file.
 
 use super::cells::{self, Cell, CellIter, Separators};
 use super::time_stamps::{self, StampFormat};
@@ -9,7 +9,7 @@ use crate::recording::read_options::DialectOptions;
 /// Type of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CellType {
-    /// Nothing yet.
+    /// Blank or missing.
     #[default]
     Empty,
     /// Numbers.
@@ -22,26 +22,26 @@ pub enum CellType {
     Text,
 }
 
-/// The layout of the numbers of a text log.
+/// Table layout of a text log.
 #[derive(Debug, Clone)]
 pub struct TableLayout {
     /// Delimiter and decimal mark.
-    pub marks: Separators,
+    pub separators: Separators,
     /// Cell type of each column, trailing empty ones included.
     pub kinds: Vec<CellType>,
     /// Index of the first line of numbers among the lines of the head.
     pub first: usize,
-    /// The decimal mark was taken where a thousands separator could be meant.
+    /// Whether a comma taken for the decimal mark may be a thousands separator.
     pub ambiguous_comma: bool,
 }
 
-/// Lines looked at to choose the marks: the last of the head, which are the most likely to be numbers.
+/// Number of lines scored to choose the separators: the last of the head, which are most likely data rows.
 const SCORED_LINES: usize = 200;
 
-/// Lines of numbers in a row that are taken for the beginning of the data.
+/// Number of consecutive data rows that mark the beginning of the data.
 const MIN_DATA_RUN: usize = 3;
 
-/// Delimiters and decimal marks, the earlier one taken where two fit alike.
+/// Candidate delimiters and decimal marks; the earlier one is chosen if the scores are equal.
 const SEPARATOR_CANDIDATES: &[(u8, u8)] = &[
     (b',', b'.'),
     (b';', b'.'),
@@ -65,9 +65,9 @@ pub fn cell_type(cell: &[u8], decimal: u8) -> CellType {
     }
 }
 
-/// Score of a line as a row of numbers, and its number of cells.
+/// Scores a line as a row of numbers and counts its cells.
 fn line_score(line: &str, marks: Separators) -> (f64, usize) {
-    let (mut fit, mut count, mut numbers) = (0.0, 0, 0);
+    let (mut score, mut count, mut numbers) = (0.0, 0, 0);
     for (_, cell) in CellIter::new(line.as_bytes(), marks.delimiter) {
         count += 1;
         let gain = match cells::parse_cell(cell, marks.decimal) {
@@ -83,12 +83,12 @@ fn line_score(line: &str, marks: Separators) -> (f64, usize) {
             Cell::Text => -1.0,
         };
         numbers += usize::from(gain > 0.0);
-        fit += gain;
+        score += gain;
     }
-    (if numbers > 0 { fit } else { 0.0 }, count)
+    (if numbers > 0 { score } else { 0.0 }, count)
 }
 
-/// The sum of fits over lines of the most fitting number of cells, and that number.
+/// Scores lines: the largest sum of line scores with an equal number of cells, and that number.
 fn score(lines: &[&str], marks: Separators) -> (f64, usize) {
     let mut by_count: Vec<(f64, usize)> = Vec::new();
     for line in lines {
@@ -107,13 +107,13 @@ fn score(lines: &[&str], marks: Separators) -> (f64, usize) {
     best.unwrap_or((0.0, 0))
 }
 
-/// The layout of a log from the lines of its head; `None` where no line is a row of numbers.
+/// Detects the layout of a log from the lines of its head; `None` if no line is a row of numbers.
 pub fn detect(lines: &[&str], settings: &DialectOptions) -> Option<TableLayout> {
-    let filled = |line: &&&str| !line.trim().is_empty();
+    let is_filled = |line: &&&str| !line.trim().is_empty();
     let mut sample: Vec<&str> = lines
         .iter()
         .rev()
-        .filter(filled)
+        .filter(is_filled)
         .take(SCORED_LINES)
         .copied()
         .collect();
@@ -124,23 +124,23 @@ pub fn detect(lines: &[&str], settings: &DialectOptions) -> Option<TableLayout> 
         Some(n) => n,
         None => first_row(lines, marks, &kinds)?,
     };
-    let in_doubt = |line: &&str| {
+    let is_ambiguous = |line: &&str| {
         CellIter::new(line.as_bytes(), marks.delimiter).all(|(_, cell)| {
             let cell = cells::trim_cell(cell);
             !cell.contains(&b',') || matches!(cells::parse_cell(cell, b'.'), Cell::Thousands { .. })
         })
     };
-    let chosen = settings.decimal.is_none() && marks.decimal == b',';
+    let is_chosen = settings.decimal.is_none() && marks.decimal == b',';
     let data = || lines.get(first..).unwrap_or(&[]).iter().take(SCORED_LINES);
     Some(TableLayout {
-        marks,
+        separators: marks,
         first,
-        ambiguous_comma: chosen && data().all(in_doubt),
+        ambiguous_comma: is_chosen && data().all(is_ambiguous),
         kinds,
     })
 }
 
-/// The marks that make the most numbers, and the number of cells of a row.
+/// Chooses the separators with the highest score, with the number of cells of a row.
 fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usize)> {
     let mut candidates: Vec<Separators> = SEPARATOR_CANDIDATES
         .iter()
@@ -162,7 +162,7 @@ fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usi
     }
     let mut best: Option<(f64, Separators, usize)> = None;
     for marks in candidates {
-        // Where tabs part cells, blanks belong to the cells.
+        // If tabs delimit cells, blanks belong to the cells.
         let blanks_inside = marks.delimiter == b' '
             && best.is_some_and(|(fit, m, n)| m.delimiter == b'\t' && n > 1 && fit > 0.0);
         let (fit, width) = score(sample, marks);
@@ -171,8 +171,8 @@ fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usi
         }
     }
     let (_, marks, width) = best?;
-    let guessed = settings.delimiter.is_none() && settings.decimal.is_none();
-    if guessed
+    let is_automatic = settings.delimiter.is_none() && settings.decimal.is_none();
+    if is_automatic
         && marks
             == (Separators {
                 delimiter: b',',
@@ -192,7 +192,7 @@ fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usi
     Some((marks, width))
 }
 
-/// Whether rows such as `0,123` are one column with a decimal comma and not two of whole numbers.
+/// Whether rows such as `0,123` are one column with a decimal comma rather than two columns of integers.
 fn is_one_column(sample: &[&str]) -> bool {
     let (mut rows, mut zeros, mut exponents) = (0, 0, 0);
     for line in sample {
@@ -226,7 +226,7 @@ fn is_one_column(sample: &[&str]) -> bool {
     rows > 0 && (zeros > 0 || exponents == rows)
 }
 
-/// Most frequent cell type in each column of the rows with `width` cells.
+/// Most frequent cell type of each column in the rows with `width` cells.
 fn column_types(sample: &[&str], marks: Separators, width: usize) -> Vec<CellType> {
     let mut votes: Vec<Vec<(CellType, usize)>> = vec![Vec::new(); width];
     for line in sample {
@@ -245,44 +245,44 @@ fn column_types(sample: &[&str], marks: Separators, width: usize) -> Vec<CellTyp
             }
         }
     }
-    let most = |votes: Vec<(CellType, usize)>| {
+    let most_frequent = |votes: Vec<(CellType, usize)>| {
         let top = votes
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         top.map_or(CellType::Empty, |vote| vote.0)
     };
-    votes.into_iter().map(most).collect()
+    votes.into_iter().map(most_frequent).collect()
 }
 
-/// Match of a line with the columns.
+/// Classification of a line by the cell types of the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineKind {
-    /// No sign but blanks.
+    /// Blanks only.
     Blank,
-    /// A row of the data.
+    /// Data row with the cell types of the columns.
     Row,
-    /// Predominantly numbers, but not of the column types.
+    /// A majority of numbers, but not the cell types of the columns.
     PartialRow,
     /// Words.
     Words,
 }
 
-/// Match of a line with columns of these kinds.
+/// Classifies a line by the cell types of the columns.
 pub fn line_kind(line: &str, marks: Separators, kinds: &[CellType]) -> LineKind {
     if line.trim().is_empty() {
         return LineKind::Blank;
     }
-    let (mut count, mut right, mut numbers, mut words) = (0, true, 0, 0);
+    let (mut count, mut is_match, mut numbers, mut words) = (0, true, 0, 0);
     for (_, cell) in CellIter::new(line.as_bytes(), marks.delimiter) {
-        let is = cell_type(cell, marks.decimal);
-        let wanted = kinds.get(count).copied().unwrap_or_default();
-        right &= is == CellType::Empty
-            || wanted == CellType::Text
-            || wanted == is
-            || (wanted == CellType::Empty && is == CellType::Number);
-        words += usize::from(is == CellType::Text);
+        let kind = cell_type(cell, marks.decimal);
+        let expected = kinds.get(count).copied().unwrap_or_default();
+        is_match &= kind == CellType::Empty
+            || expected == CellType::Text
+            || expected == kind
+            || (expected == CellType::Empty && kind == CellType::Number);
+        words += usize::from(kind == CellType::Text);
         numbers += usize::from(matches!(
-            is,
+            kind,
             CellType::Number | CellType::Complex | CellType::Stamp(_)
         ));
         count += 1;
@@ -291,7 +291,7 @@ pub fn line_kind(line: &str, marks: Separators, kinds: &[CellType]) -> LineKind 
         .iter()
         .rposition(|k| *k != CellType::Empty)
         .map_or(0, |at| at + 1);
-    if right && numbers > 0 && count >= required && count <= kinds.len() {
+    if is_match && numbers > 0 && count >= required && count <= kinds.len() {
         LineKind::Row
     } else if numbers > words && (numbers > 1 || kinds.len() == 1) {
         LineKind::PartialRow
@@ -300,14 +300,14 @@ pub fn line_kind(line: &str, marks: Separators, kinds: &[CellType]) -> LineKind 
     }
 }
 
-/// The first line of numbers: the first of a run of rows, and rows above it that only misfits part from it.
+/// Index of the first data row: the first of a run of rows, or an earlier row separated from it only by blank, partial or broken rows.
 fn first_row(lines: &[&str], marks: Separators, kinds: &[CellType]) -> Option<usize> {
-    let mut stances = Vec::new();
+    let mut line_kinds = Vec::new();
     let (mut best, mut start, mut run) = (None, 0, 0);
     for (at, line) in lines.iter().enumerate() {
-        let stance = line_kind(line, marks, kinds);
-        stances.push(stance);
-        match stance {
+        let kind = line_kind(line, marks, kinds);
+        line_kinds.push(kind);
+        match kind {
             LineKind::Blank => continue,
             LineKind::Row => {
                 start = if run == 0 { at } else { start };
@@ -324,7 +324,7 @@ fn first_row(lines: &[&str], marks: Separators, kinds: &[CellType]) -> Option<us
     }
     let (mut first, _): (usize, usize) = best?;
     for at in (0..first).rev() {
-        match stances[at] {
+        match line_kinds[at] {
             LineKind::Row => first = at,
             LineKind::Words if is_broken_row(lines[at], marks, kinds) => {}
             LineKind::Words => break,
@@ -334,13 +334,13 @@ fn first_row(lines: &[&str], marks: Separators, kinds: &[CellType]) -> Option<us
     Some(first)
 }
 
-/// A row of the right width with a number in a column of numbers, whatever the others hold.
+/// Whether a row has the right width and a number in a number column.
 fn is_broken_row(line: &str, marks: Separators, kinds: &[CellType]) -> bool {
     let cells: Vec<&[u8]> = CellIter::new(line.as_bytes(), marks.delimiter)
         .map(|(_, cell)| cell)
         .collect();
-    let is_number = |(cell, wanted): (&&[u8], &CellType)| {
-        *wanted == CellType::Number && cell_type(cell, marks.decimal) == CellType::Number
+    let is_number = |(cell, expected): (&&[u8], &CellType)| {
+        *expected == CellType::Number && cell_type(cell, marks.decimal) == CellType::Number
     };
     cells.len() == kinds.len() && cells.iter().zip(kinds).any(is_number)
 }
@@ -351,13 +351,13 @@ mod tests {
 
     fn layout(text: &str) -> (char, char, usize, usize) {
         let lines: Vec<&str> = text.lines().collect();
-        let found = detect(&lines, &DialectOptions::default()).unwrap();
-        let marks = found.marks;
+        let table = detect(&lines, &DialectOptions::default()).unwrap();
+        let marks = table.separators;
         (
             char::from(marks.delimiter),
             char::from(marks.decimal),
-            found.kinds.len(),
-            found.first,
+            table.kinds.len(),
+            table.first,
         )
     }
 

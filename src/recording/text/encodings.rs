@@ -124,11 +124,8 @@ fn looks_chinese(head: &[u8]) -> bool {
 }
 
 fn unknown_label(label: &str) -> Error {
-    Error::new(
-        Code::Usage,
-        format!("`{label}` is not an encoding known here"),
-    )
-    .with_hint("labels are those of the web, such as utf-8, latin1, gbk, utf-16le, shift_jis")
+    Error::new(Code::Usage, format!("`{label}` is not a known encoding"))
+        .with_hint("labels are those of the web, such as utf-8, latin1, gbk, utf-16le, shift_jis")
 }
 
 /// A reader of any encoding, as UTF-8.

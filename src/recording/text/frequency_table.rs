@@ -10,7 +10,7 @@ use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, Fre
 use crate::recording::raw::RawChannel;
 use crate::recording::sample_column::SampleColumn;
 
-/// Kind of a column of a table.
+/// Part of a frequency response that a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ComplexPart {
     Real,
@@ -20,7 +20,7 @@ enum ComplexPart {
     Coherence,
 }
 
-/// Words for parts, as they occur in names.
+/// Words in column names that denote a part, in lower case.
 const PART_WORDS: &[(&str, ComplexPart)] = &[
     ("imaginary", ComplexPart::Imaginary),
     ("imag", ComplexPart::Imaginary),
@@ -46,20 +46,20 @@ const PART_WORDS: &[(&str, ComplexPart)] = &[
     ("相干", ComplexPart::Coherence),
 ];
 
-/// The part a name tells and the name without it: `H1_re` → `H1`, `Re(H1)` → `H1`.
+/// Name without the word for the part, and the part: `H1_re` → `H1`, `Re(H1)` → `H1`.
 fn split_part(name: &str) -> Option<(String, ComplexPart)> {
     let separators = |c: char| !c.is_alphanumeric();
     let mut words: Vec<&str> = name.split(separators).filter(|w| !w.is_empty()).collect();
-    let of = |word: &str| {
+    let part_of = |word: &str| {
         let word = word.to_lowercase();
         PART_WORDS
             .iter()
-            .find(|(known, _)| *known == word)
+            .find(|(entry, _)| *entry == word)
             .map(|(_, part)| *part)
     };
-    let at = words.iter().rposition(|word| of(word).is_some())?;
-    let part = of(words.remove(at))?;
-    // `Phase_deg`, `phase rad`: the unit is not the name.
+    let at = words.iter().rposition(|word| part_of(word).is_some())?;
+    let part = part_of(words.remove(at))?;
+    // `Phase_deg`, `phase rad`: the unit is not part of the name.
     words.retain(|w| {
         !(part == ComplexPart::Phase && ["deg", "rad"].contains(&w.to_lowercase().as_str()))
     });
@@ -67,7 +67,7 @@ fn split_part(name: &str) -> Option<(String, ComplexPart)> {
     Some((words.join("_"), part))
 }
 
-/// Whether a name is that of a part of a frequency response.
+/// Whether a column name denotes a part of a frequency response.
 pub fn is_part(name: &str) -> bool {
     split_part(name).is_some()
 }
@@ -90,12 +90,12 @@ fn values(column: &SampleColumn) -> Result<Vec<f64>, Error> {
 /// Frequency responses of a table whose first column holds the frequencies.
 ///
 /// # Errors
-/// Columns that are no pairs, a frequency that does not rise, a cell without a number.
+/// An unpaired column, frequencies that do not increase, a cell without a number.
 pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyResponses, Error> {
     let Some((first, rest)) = channels.split_first() else {
         return Err(Error::new(
             Code::EmptyLog,
-            format!("{path} holds no columns"),
+            format!("{path} contains no columns"),
         ));
     };
     let scale = match first.unit.trim().to_lowercase().as_str() {
@@ -125,9 +125,9 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
             let hz = frequency_hz.get(line).copied().unwrap_or(f64::NAN);
             return Err(Error::new(
                 Code::NotANumber,
-                format!("`{}` holds no number at {hz} Hz", channel.name),
+                format!("`{}` has no number at {hz} Hz", channel.name),
             )
-            .with_hint("leave that line out of the file, or mend it"));
+            .with_hint("remove or correct that line of the file"));
         }
         entries.push(TableColumn {
             base,
@@ -159,16 +159,16 @@ fn unpaired_column(path: &str, name: &str) -> Error {
     .with_hint("name the columns such as `H1_re`, `H1_im`, or state which column is the time: --time COLUMN")
 }
 
-/// Joins parts to functions: each real or magnitude column with the first partner left of the same base.
+/// Pairs columns of parts to frequency responses: each with the first remaining counterpart of the same base name.
 fn pair(path: &str, mut entries: Vec<TableColumn>) -> Result<Vec<FrequencyResponse>, Error> {
     let mut functions: Vec<(String, FrequencyResponse)> = Vec::new();
     while !entries.is_empty() {
         let entry = entries.remove(0);
         if entry.part == ComplexPart::Coherence {
-            let same = |(base, f): &&mut (String, FrequencyResponse)| {
+            let is_match = |(base, f): &&mut (String, FrequencyResponse)| {
                 *base == entry.base && f.coherence.is_none()
             };
-            match functions.iter_mut().find(same) {
+            match functions.iter_mut().find(is_match) {
                 Some((_, function)) => function.coherence = Some(entry.values),
                 None => match functions.last_mut() {
                     Some((_, function))
@@ -187,41 +187,41 @@ fn pair(path: &str, mut entries: Vec<TableColumn>) -> Result<Vec<FrequencyRespon
             ComplexPart::Magnitude => ComplexPart::Phase,
             _ => ComplexPart::Magnitude,
         };
-        let same = |other: &TableColumn| other.part == partner && other.base == entry.base;
-        let Some(at) = entries.iter().position(same) else {
+        let is_match = |mate: &TableColumn| mate.part == partner && mate.base == entry.base;
+        let Some(at) = entries.iter().position(is_match) else {
             return Err(unpaired_column(path, &entry.name));
         };
-        let other = entries.remove(at);
-        let swapped = matches!(entry.part, ComplexPart::Imaginary | ComplexPart::Phase);
-        let (one, two) = if swapped {
-            (&other, &entry)
+        let mate = entries.remove(at);
+        let is_second = matches!(entry.part, ComplexPart::Imaginary | ComplexPart::Phase);
+        let (first, second) = if is_second {
+            (&mate, &entry)
         } else {
-            (&entry, &other)
+            (&entry, &mate)
         };
-        let value = match one.part {
-            ComplexPart::Real => one
+        let value = match first.part {
+            ComplexPart::Real => first
                 .values
                 .iter()
-                .zip(&two.values)
+                .zip(&second.values)
                 .map(|(re, im)| Complex::new(*re, *im))
                 .collect(),
-            _ => polar(one, two),
+            _ => polar(first, second),
         };
-        let name = if one.base.is_empty() {
+        let name = if first.base.is_empty() {
             match functions.len() {
                 0 => "H".to_string(),
                 n => format!("H {}", n + 1),
             }
         } else {
-            channel_names::split_unit(&one.base).0
+            channel_names::split_unit(&first.base).0
         };
-        let unit = if one.unit.eq_ignore_ascii_case("db") {
+        let unit = if first.unit.eq_ignore_ascii_case("db") {
             String::new()
         } else {
-            one.unit.clone()
+            first.unit.clone()
         };
         functions.push((
-            one.base.clone(),
+            first.base.clone(),
             FrequencyResponse {
                 output: ChannelLabel { name, unit },
                 values: value,
@@ -235,23 +235,23 @@ fn pair(path: &str, mut entries: Vec<TableColumn>) -> Result<Vec<FrequencyRespon
         .collect())
 }
 
-/// `|H| e^{iφ}`; magnitudes in dB are 20 lg, phases are degrees where they say so or leave ±π.
+/// `|H| e^{iφ}`; `|H| = 10^(dB/20)`. Phases are in degrees if the column states so, or states no unit and exceeds ±π.
 fn polar(magnitude: &TableColumn, phase: &TableColumn) -> Vec<Complex> {
-    let said = |word: &str| {
+    let states = |word: &str| {
         phase.unit.to_lowercase().contains(word) || phase.name.to_lowercase().contains(word)
     };
     let largest = phase.values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    // Rounded printing may leave ±π by a digit.
-    let degrees = said("deg") || phase.unit == "°" || (!said("rad") && largest > 1.01 * PI);
-    let decibel =
+    // Rounded values may exceed ±π in the last digit.
+    let is_degrees = states("deg") || phase.unit == "°" || (!states("rad") && largest > 1.01 * PI);
+    let is_decibel =
         magnitude.unit.eq_ignore_ascii_case("db") || magnitude.name.to_lowercase().ends_with("db");
     magnitude
         .values
         .iter()
         .zip(&phase.values)
         .map(|(&m, &p)| {
-            let m = if decibel { 10_f64.powf(m / 20.0) } else { m };
-            let p = if degrees { p.to_radians() } else { p };
+            let m = if is_decibel { 10_f64.powf(m / 20.0) } else { m };
+            let p = if is_degrees { p.to_radians() } else { p };
             Complex::new(m * p.cos(), m * p.sin())
         })
         .collect()
@@ -261,7 +261,7 @@ fn polar(magnitude: &TableColumn, phase: &TableColumn) -> Vec<Complex> {
 mod tests {
     use super::*;
 
-    /// Parts as exports name them.
+    /// Column names as in exports.
     #[test]
     fn exact_parts_of_names() {
         let cases = [
@@ -273,8 +273,8 @@ mod tests {
             ("|H| mag", "H", ComplexPart::Magnitude),
             ("coherence_3", "3", ComplexPart::Coherence),
         ];
-        for (name, base, is) in cases {
-            assert_eq!(split_part(name), Some((base.to_string(), is)), "{name}");
+        for (name, base, part) in cases {
+            assert_eq!(split_part(name), Some((base.to_string(), part)), "{name}");
         }
         assert_eq!(split_part("pressure"), None);
     }

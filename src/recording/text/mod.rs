@@ -33,14 +33,14 @@ mod refusals;
 
 mod assemble;
 
-/// Number of bytes from which the encoding is detected.
-const SNIFF_LEN: usize = 64 << 10;
+/// Length of the sample from which the encoding is detected, bytes.
+const SAMPLE_LEN: usize = 64 << 10;
 
-/// The beginning of a file as lines.
+/// First block of a file, with its lines.
 struct FileHead {
     bytes: Vec<u8>,
-    /// The file ends within.
-    whole: bool,
+    /// Whether the file ends within this block.
+    is_complete: bool,
     text: String,
     /// Start of each complete line in `bytes`.
     line_starts: Vec<usize>,
@@ -49,22 +49,22 @@ struct FileHead {
 /// Reads a delimited text log.
 ///
 /// # Errors
-/// What the message says of the file: no numbers, a ragged row, text where a number is meant, a channel that is not there.
+/// A file without numbers, a ragged row, text in a numeric column, an unknown channel.
 pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<RawLog, Errors> {
-    let mut taste = Vec::new();
-    read_up_to(&mut reader, SNIFF_LEN, &mut taste, path)?;
-    let coding = encodings::TextEncoding::detect(&taste, options.dialect.encoding.as_deref())?;
-    let (coding_name, label) = (coding.name(&taste), coding.label());
-    let whole = Cursor::new(taste).chain(reader);
+    let mut sample = Vec::new();
+    read_up_to(&mut reader, SAMPLE_LEN, &mut sample, path)?;
+    let coding = encodings::TextEncoding::detect(&sample, options.dialect.encoding.as_deref())?;
+    let (coding_name, label) = (coding.name(&sample), coding.label());
+    let input = Cursor::new(sample).chain(reader);
     let mut stream: Box<dyn Read + '_> = if coding.is_utf16() {
-        coding.to_utf8(whole)
+        coding.to_utf8(input)
     } else {
-        Box::new(whole)
+        Box::new(input)
     };
-    let head = head(path, &mut stream, &coding)?;
-    let lines: Vec<&str> = split(&head.text).take(head.line_starts.len()).collect();
+    let head = read_head(path, &mut stream, &coding)?;
+    let lines: Vec<&str> = lines(&head.text).take(head.line_starts.len()).collect();
     let Some(layout) = dialect::detect(&lines, &options.dialect) else {
-        return Err(refusals::no_data_rows(path, &lines, head.whole).into());
+        return Err(refusals::no_data_rows(path, &lines, head.is_complete).into());
     };
     let header = header::parse_header(&lines, &layout);
     refusals::refuse_misfits(path, &lines, &layout, &header)?;
@@ -73,49 +73,60 @@ pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<
         .iter()
         .map(|&at| (at + 1, lines[at]))
         .collect();
-    let said = preamble::read(&above, layout.marks);
+    let preamble = preamble::read(&above, layout.separators);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
-    let rate = agreed_rate(&said.rates, false)
+    let rate = agreed_rate(&preamble.rates, false)
         .ok()
         .flatten()
         .map(|r| r.hertz);
-    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, options)?;
+    let mut plan = columns::plan(
+        &header,
+        &layout.kinds,
+        layout.separators,
+        rows,
+        rate,
+        options,
+    )?;
     let start = head
         .line_starts
         .get(layout.first)
         .copied()
         .unwrap_or(head.bytes.len());
-    // Cells of the names may hold line ends.
-    let above = &head.bytes[..start];
-    let ends = memchr::memchr2_iter(b'\n', b'\r', above);
-    let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
+    // Cells of the header may contain line ends.
+    let header_bytes = &head.bytes[..start];
+    let ends = memchr::memchr2_iter(b'\n', b'\r', header_bytes);
+    let pairs = memchr::memmem::find_iter(header_bytes, b"\r\n").count();
     let line = 1 + ends.count() - pairs;
-    let body = body::RowReader::new(path, &mut plan, layout.marks, coding, above, line).read_all(
-        &head.bytes[start..],
-        head.whole,
-        &mut stream,
-    )?;
+    let body = body::RowReader::new(
+        path,
+        &mut plan,
+        layout.separators,
+        coding,
+        header_bytes,
+        line,
+    )
+    .read_all(&head.bytes[start..], head.is_complete, &mut stream)?;
     let mut log = RawLog {
         path: path.to_string(),
         dialect: describe_dialect(&layout, coding_name),
         text_dialect: TextDialect {
-            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
-            decimal: Some(char::from(layout.marks.decimal)),
+            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.separators.delimiter)),
+            decimal: Some(char::from(layout.separators.decimal)),
             encoding: Some(label.to_lowercase()),
             header_lines: Some(layout.first),
         },
-        metadata: said.metadata.clone(),
-        diagnostics: said.diagnostics.clone(),
+        metadata: preamble.metadata.clone(),
+        diagnostics: preamble.diagnostics.clone(),
         ..RawLog::default()
     };
-    warnings(&mut log, &layout, &header);
+    add_warnings(&mut log, &layout, &header);
     warn_other_dialect(&mut log, &lines, &layout);
-    assemble::assemble(&mut log, plan, body, &said, options)?;
-    let unread = said
+    assemble::assemble(&mut log, plan, body, &preamble, options)?;
+    let invalid_rate = preamble
         .invalid_rate
         .map(|u| refusals::invalid_rate(path, &lines, &u));
     for group in &mut log.groups {
-        group.timing.invalid_rate.clone_from(&unread);
+        group.timing.invalid_rate.clone_from(&invalid_rate);
     }
     Ok(log)
 }
@@ -134,31 +145,31 @@ fn read_up_to(
         .map_err(|e| body::read_error(path, &e))
 }
 
-fn head(
+fn read_head(
     path: &str,
     stream: &mut Box<dyn Read + '_>,
     coding: &encodings::TextEncoding,
 ) -> Result<FileHead, Error> {
     let mut bytes = Vec::new();
     read_up_to(stream, body::BLOCK, &mut bytes, path)?;
-    let whole = bytes.len() < body::BLOCK;
+    let is_complete = bytes.len() < body::BLOCK;
     if !coding.is_utf16() {
         bytes.drain(..coding.mark.min(bytes.len()));
     }
-    if bytes.trim_ascii().is_empty() && whole {
+    if bytes.trim_ascii().is_empty() && is_complete {
         let message = if bytes.is_empty() {
             "is empty"
         } else {
-            "holds nothing but blanks"
+            "contains only blanks"
         };
         return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
             .with_hint("record again, or check whether the export was finished"));
     }
-    refusals::refuse_binary(path, &bytes, whole)?;
-    let mut starts = Vec::new();
+    refusals::refuse_binary(path, &bytes, is_complete)?;
+    let mut line_starts = Vec::new();
     let mut at = 0;
     while let Some(length) = end_of_line(&bytes[at..]) {
-        starts.push(at);
+        line_starts.push(at);
         let end = at + length;
         at = if bytes[end..].starts_with(b"\r\n") {
             end + 2
@@ -166,46 +177,46 @@ fn head(
             end + 1
         };
     }
-    if whole && at < bytes.len() {
-        starts.push(at);
+    if is_complete && at < bytes.len() {
+        line_starts.push(at);
     }
     Ok(FileHead {
         text: coding.text(&bytes),
         bytes,
-        whole,
-        line_starts: starts,
+        is_complete,
+        line_starts,
     })
 }
 
-/// End of the line at the front; a cell in quotes may hold line ends.
+/// Length of the first line, bytes; a quoted cell may contain line ends.
 fn end_of_line(text: &[u8]) -> Option<usize> {
-    /// More lines than this have a quote that was never closed.
+    /// A quote that spans more lines than this is taken as unclosed.
     const MAX_QUOTED_LINES: usize = 4;
-    let parts = |byte: u8| matches!(byte, b',' | b';' | b'\t' | b'|' | b'\n' | b'\r');
+    let ends_cell = |byte: u8| matches!(byte, b',' | b';' | b'\t' | b'|' | b'\n' | b'\r');
     let first = memchr::memchr2(b'\n', b'\r', text)?;
-    let (mut quoted, mut begins, mut at, mut ends) = (false, true, 0, 0);
+    let (mut quoted, mut is_cell_start, mut at, mut line_ends) = (false, true, 0, 0);
     while let Some(&byte) = text.get(at) {
         match byte {
             b'"' if quoted && text.get(at + 1) == Some(&b'"') => at += 1,
-            b'"' if quoted && text.get(at + 1).is_none_or(|b| parts(*b)) => quoted = false,
-            b'"' if begins => quoted = true,
+            b'"' if quoted && text.get(at + 1).is_none_or(|b| ends_cell(*b)) => quoted = false,
+            b'"' if is_cell_start => quoted = true,
             b'\n' | b'\r' if !quoted => return Some(at),
             b'\n' => {
-                ends += 1;
-                if ends > MAX_QUOTED_LINES {
+                line_ends += 1;
+                if line_ends > MAX_QUOTED_LINES {
                     return Some(first);
                 }
             }
             _ => {}
         }
-        begins = !quoted && (parts(byte) || (begins && byte == b' '));
+        is_cell_start = !quoted && (ends_cell(byte) || (is_cell_start && byte == b' '));
         at += 1;
     }
     quoted.then_some(first)
 }
 
-/// The lines of a text, ended by CR, LF or both.
-fn split(text: &str) -> impl Iterator<Item = &str> {
+/// Lines of a text, ended by CR, LF or CR LF.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
         let text = rest?;
@@ -223,9 +234,9 @@ fn split(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Format and dialect as text.
+/// Description of format and dialect: `CSV, comma, 1 header line`.
 fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> String {
-    let delimiter = match layout.marks.delimiter {
+    let delimiter = match layout.separators.delimiter {
         _ if layout.kinds.len() == 1 => "one column".to_string(),
         b',' => "comma".into(),
         b';' => "semicolon".into(),
@@ -234,7 +245,7 @@ fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> Stri
         other => format!("`{}`", char::from(other)),
     };
     let mut words = vec!["CSV".to_string(), delimiter];
-    if layout.marks.decimal == b',' {
+    if layout.separators.decimal == b',' {
         words.push("decimal comma".into());
     }
     words.extend(coding.map(str::to_string));
@@ -246,14 +257,14 @@ fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> Stri
     words.join(", ")
 }
 
-/// Rows of as many cells right above the first row that other marks than those of the log make numbers: they were passed over.
+/// Warns about skipped rows directly above the first row that are numeric with another delimiter or decimal mark.
 fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableLayout) {
     let width = layout.kinds.len();
-    let by = |line: &str, delimiter: u8, decimal: u8| {
+    let is_numeric = |line: &str, delimiter: u8, decimal: u8| {
         let mut count = 0;
         for (at, (_, cell)) in cells::CellIter::new(line.as_bytes(), delimiter).enumerate() {
             let cell = cells::trim_cell(cell);
-            // Stamps of the time may be dates.
+            // Time stamps may be dates.
             let is_stamp = at == 0 && cell.first().is_some_and(u8::is_ascii_digit);
             if !is_stamp && cells::number(cell, decimal).is_none() {
                 return false;
@@ -263,10 +274,10 @@ fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableL
         count == width
     };
     let is_row = |line: &&&str| {
-        let all = [b',', b';', b'\t', b' '].map(|delimiter| {
-            [b'.', b','].map(|decimal| delimiter != decimal && by(line, delimiter, decimal))
+        let matches = [b',', b';', b'\t', b' '].map(|delimiter| {
+            [b'.', b','].map(|decimal| delimiter != decimal && is_numeric(line, delimiter, decimal))
         });
-        all.as_flattened().contains(&true)
+        matches.as_flattened().contains(&true)
     };
     let above = &lines[..layout.first.min(lines.len())];
     let count = above.iter().rev().take_while(is_row).count();
@@ -285,7 +296,7 @@ fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableL
     );
 }
 
-fn warnings(log: &mut RawLog, layout: &dialect::TableLayout, header: &header::TableHeader) {
+fn add_warnings(log: &mut RawLog, layout: &dialect::TableLayout, header: &header::TableHeader) {
     if layout.ambiguous_comma {
         log.diagnostics.push(Diagnostic {
             code: "decimal-comma",

@@ -1,28 +1,28 @@
-//! Preamble lines: `key: value`, `key,value`, `key=value`, comments; sample rate where stated.
+//! Preamble parser: `key: value`, `key,value`, `key=value` and comment lines, with sample rate, start and number of samples.
 
 use super::cells::{CellIter, Separators};
 use super::figure::{parse_number_with_unit, unit_factor};
 use crate::base::error::Diagnostic;
 use crate::recording::stated_rates::{BARE_RATE, StatedRate};
 
-/// Contents of the preamble.
+/// Metadata and timing stated by the preamble.
 #[derive(Debug, Default)]
 pub struct Preamble {
     /// Keys and values as written.
     pub metadata: Vec<(String, String)>,
-    /// Every sample rate that a line states.
+    /// Sample rates, in the order of the lines.
     pub rates: Vec<StatedRate>,
-    /// A sample rate that is stated and cannot be read, where no other is.
+    /// Stated sample rate that cannot be read, if there is no other.
     pub invalid_rate: Option<InvalidRate>,
     /// Stated number of samples.
     pub samples: Option<usize>,
     /// Date and time of the start as written.
     pub start: Option<String>,
-    /// Statements that contradict each other.
+    /// Warnings of ambiguous rates.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// A sample rate that is stated in a way that cannot be read.
+/// Stated sample rate that cannot be read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InvalidRate {
     /// Line of the file, from 1.
@@ -73,7 +73,7 @@ const RATE_KEYS: &[&str] = &[
     "частота дискретизации",
 ];
 
-/// Keys of the time between samples, folded.
+/// Keys of the sample interval, folded.
 const INTERVAL_KEYS: &[&str] = &[
     "sampling interval",
     "sample interval",
@@ -132,7 +132,7 @@ const COUNT_KEYS: &[&str] = &[
     "点数",
 ];
 
-/// Keys of the start, folded.
+/// Keys of the start time, folded.
 const START_KEYS: &[&str] = &[
     "start",
     "start time",
@@ -158,7 +158,7 @@ const START_KEYS: &[&str] = &[
     "测试时间",
 ];
 
-/// A line without the sign that makes it a comment.
+/// Removes the comment mark of a line and surrounding blanks.
 pub fn strip_comment(line: &str) -> &str {
     let line = line.trim();
     let bare = line.trim_start_matches(['#', '%', '!']);
@@ -172,7 +172,7 @@ pub fn is_comment(line: &str) -> bool {
     line.starts_with(['#', '%', '!']) || line.starts_with("//")
 }
 
-/// Preamble read from the lines, each with its number.
+/// Reads the preamble from numbered lines.
 pub fn read(lines: &[(usize, &str)], marks: Separators) -> Preamble {
     let mut preamble = Preamble::default();
     for &(number, line) in lines {
@@ -195,10 +195,10 @@ pub fn read(lines: &[(usize, &str)], marks: Separators) -> Preamble {
     preamble
 }
 
-/// Key and value of a line, where it has both.
+/// Splits a line into key and value; `None` without both.
 fn split_key_value(line: &str, marks: Separators) -> Option<(String, String)> {
     let delimiter = char::from(marks.delimiter);
-    let splits = line.char_indices().find(|&(at, c)| match c {
+    let separator = line.char_indices().find(|&(at, c)| match c {
         ':' => {
             let before = line[..at].chars().last();
             let path = line[at + 1..].starts_with(['\\', '/']);
@@ -207,36 +207,36 @@ fn split_key_value(line: &str, marks: Separators) -> Option<(String, String)> {
         '：' | '=' | '\t' => true,
         c => c == delimiter && c != ' ',
     });
-    if let Some((at, c)) = splits {
-        let key = unquoted(&line[..at]);
+    if let Some((at, c)) = separator {
+        let key = unquote(&line[..at]);
         let rest = &line[at + c.len_utf8()..];
-        let named = key.chars().any(char::is_alphabetic);
-        if named && (c == delimiter || c == '\t') {
+        let has_letters = key.chars().any(char::is_alphabetic);
+        if has_letters && (c == delimiter || c == '\t') {
             let cells = CellIter::new(rest.as_bytes(), c as u8);
-            let texts = cells.map(|(start, cell)| unquoted(&rest[start..start + cell.len()]));
+            let texts = cells.map(|(start, cell)| unquote(&rest[start..start + cell.len()]));
             let values: Vec<&str> = texts.filter(|t| !t.is_empty()).collect();
             let key = key.trim_end_matches([':', '=']).trim().to_string();
             return (!values.is_empty()).then(|| (key, values.join(", ")));
         }
-        let value = unquoted(rest.trim_end_matches(delimiter));
-        return (named && !value.is_empty()).then(|| (key.to_string(), value.to_string()));
+        let value = unquote(rest.trim_end_matches(delimiter));
+        return (has_letters && !value.is_empty()).then(|| (key.to_string(), value.to_string()));
     }
     if let Some((key, value)) = line.split_once(" - ") {
-        return Some((unquoted(key).to_string(), unquoted(value).to_string()));
+        return Some((unquote(key).to_string(), unquote(value).to_string()));
     }
-    // `fs 5000 Hz`: words, then a number.
+    // Format `fs 5000 Hz`: words, then a number.
     let digit = line.find(|c: char| c.is_ascii_digit() || c == '.')?;
     let key = line[..digit].trim();
-    let known = stated(key, RATE_KEYS).is_some() || stated(key, INTERVAL_KEYS).is_some();
-    known.then(|| (key.to_string(), line[digit..].trim().to_string()))
+    let is_known = unit_after(key, RATE_KEYS).is_some() || unit_after(key, INTERVAL_KEYS).is_some();
+    is_known.then(|| (key.to_string(), line[digit..].trim().to_string()))
 }
 
-fn unquoted(text: &str) -> &str {
+fn unquote(text: &str) -> &str {
     text.trim().trim_matches('"').trim()
 }
 
-/// A key without signs between words; and the unit in its brackets or after it.
-fn folded(key: &str) -> (String, &str) {
+/// Folds a key to words separated by single spaces, and returns the unit in its brackets.
+fn fold_key(key: &str) -> (String, &str) {
     let (name, unit) = match key.find(['[', '(']) {
         Some(at) => (
             &key[..at],
@@ -244,34 +244,34 @@ fn folded(key: &str) -> (String, &str) {
         ),
         None => (key, ""),
     };
-    let signs = |c: char| c.is_whitespace() || matches!(c, '_' | '-' | '.' | '\'' | '’');
-    let words: Vec<&str> = name.split(signs).filter(|w| !w.is_empty()).collect();
+    let is_separator = |c: char| c.is_whitespace() || matches!(c, '_' | '-' | '.' | '\'' | '’');
+    let words: Vec<&str> = name.split(is_separator).filter(|w| !w.is_empty()).collect();
     (words.join(" "), unit)
 }
 
-/// The unit after a key of `table` (in the key's brackets, or its last word), where the key is one of them.
-fn stated(key: &str, table: &[&str]) -> Option<String> {
-    let is_one = |key: &str| table.contains(&key.to_lowercase().as_str());
-    let (key, unit) = folded(key);
-    if is_one(&key) {
+/// Unit of a key of `table`, in its brackets or as its last word; `None` for other keys.
+fn unit_after(key: &str, table: &[&str]) -> Option<String> {
+    let is_key = |key: &str| table.contains(&key.to_lowercase().as_str());
+    let (key, unit) = fold_key(key);
+    if is_key(&key) {
         return Some(unit.to_string());
     }
-    let (front, last) = key.rsplit_once(' ')?;
-    let known = unit_factor(last, true).is_some() || unit_factor(last, false).is_some();
-    (known && is_one(front)).then(|| last.to_string())
+    let (stem, last) = key.rsplit_once(' ')?;
+    let is_unit = unit_factor(last, true).is_some() || unit_factor(last, false).is_some();
+    (is_unit && is_key(stem)).then(|| last.to_string())
 }
 
 impl Preamble {
-    /// Takes what a key says of the clock.
+    /// Stores the rate, number of samples or start time stated by a key.
     fn apply_key(&mut self, line: usize, key: &str, value: &str, decimal: u8) {
-        match rate_of(key, value, decimal) {
-            Some(Ok(rate)) => self.note_rate(rate, key),
+        match parse_rate(key, value, decimal) {
+            Some(Ok(rate)) => self.push_rate(rate, key),
             Some(Err(message)) if self.rates.is_empty() && self.invalid_rate.is_none() => {
                 self.invalid_rate = Some(InvalidRate { line, message });
             }
             _ => {}
         }
-        if stated(key, COUNT_KEYS).is_some() && self.samples.is_none() {
+        if unit_after(key, COUNT_KEYS).is_some() && self.samples.is_none() {
             let count = parse_number_with_unit(value, decimal)
                 .map(|f| f.number)
                 .ok();
@@ -279,7 +279,7 @@ impl Preamble {
                 .filter(|c| *c >= 1.0 && c.fract() == 0.0)
                 .map(|c| c as usize);
         }
-        if stated(key, START_KEYS).is_some() && value.chars().any(|c| c.is_ascii_digit()) {
+        if unit_after(key, START_KEYS).is_some() && value.chars().any(|c| c.is_ascii_digit()) {
             self.start = Some(match self.start.take() {
                 Some(earlier) => format!("{earlier} {value}"),
                 None => value.to_string(),
@@ -287,8 +287,8 @@ impl Preamble {
         }
     }
 
-    /// Keeps a rate; one that is a thousand times another by its mark gets a warning.
-    fn note_rate(&mut self, rate: PreambleRate, key: &str) {
+    /// Stores a rate; warns if its mark may be a decimal mark instead of a thousands separator.
+    fn push_rate(&mut self, rate: PreambleRate, key: &str) {
         let hertz = rate.hertz;
         if let (Some((digits, other)), true) = (rate.ambiguity, self.rates.is_empty()) {
             self.diagnostics.push(Diagnostic {
@@ -308,30 +308,30 @@ impl Preamble {
     }
 }
 
-/// A sample rate as stated.
+/// Sample rate stated by a key, Hz.
 struct PreambleRate {
     hertz: f64,
-    /// The digits as written, and the rate with their mark as the decimal one, where that may be meant.
+    /// Digits as written and the rate, Hz, if their mark is the decimal one instead.
     ambiguity: Option<(String, f64)>,
-    /// The key is [`BARE_RATE`], and no unit speaks of samples.
+    /// Whether the key is [`BARE_RATE`] and the unit does not mention samples.
     is_bare: bool,
 }
 
-/// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit follows it.
-fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<PreambleRate, String>> {
-    let by_rate = stated(key, RATE_KEYS);
-    let by_interval = stated(key, INTERVAL_KEYS);
-    let unit_of_key = by_rate.as_ref().or(by_interval.as_ref())?;
-    let begins = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',');
-    if !value.trim().starts_with(begins) || !value.contains(|c: char| c.is_ascii_digit()) {
+/// Sample rate stated by a key, or the reason why it cannot be read; `None` for other keys and for values without a number.
+fn parse_rate(key: &str, value: &str, decimal: u8) -> Option<Result<PreambleRate, String>> {
+    let rate_unit = unit_after(key, RATE_KEYS);
+    let interval_unit = unit_after(key, INTERVAL_KEYS);
+    let key_unit = rate_unit.as_ref().or(interval_unit.as_ref())?;
+    let starts_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',');
+    if !value.trim().starts_with(starts_number) || !value.contains(|c: char| c.is_ascii_digit()) {
         return None;
     }
     Some(read_rate(
         key,
         value,
         decimal,
-        unit_of_key,
-        by_rate.is_some(),
+        key_unit,
+        rate_unit.is_some(),
     ))
 }
 
@@ -339,16 +339,16 @@ fn read_rate(
     key: &str,
     value: &str,
     decimal: u8,
-    unit_of_key: &str,
+    key_unit: &str,
     is_rate: bool,
 ) -> Result<PreambleRate, String> {
-    let found = parse_number_with_unit(value, decimal)
-        .map_err(|why| format!("`{key}` states the sample rate, but {why}"))?;
-    let unit = match found.unit {
-        "" => unit_of_key,
+    let stated = parse_number_with_unit(value, decimal)
+        .map_err(|reason| format!("`{key}` states the sample rate, but {reason}"))?;
+    let unit = match stated.unit {
+        "" => key_unit,
         unit => unit,
     };
-    // The unit decides: a "rate" of 0.2 ms is an interval.
+    // The unit takes precedence: a "rate" of 0.2 ms is an interval.
     let hertz = |number: f64| match (unit_factor(unit, true), unit_factor(unit, false)) {
         (Some(hertz), _) => Some(number * hertz),
         (None, Some(seconds)) => Some(1.0 / (number * seconds)),
@@ -356,7 +356,7 @@ fn read_rate(
         (None, None) if is_rate => Some(number),
         (None, None) => Some(1.0 / number),
     };
-    let Some(rate) = hertz(found.number) else {
+    let Some(rate) = hertz(stated.number) else {
         return Err(format!(
             "`{key}` states {value}, and \"{unit}\" is no unit of a sample rate"
         ));
@@ -364,12 +364,12 @@ fn read_rate(
     if !(rate.is_finite() && rate > 0.0) {
         return Err(format!("`{key}` states {value}, which no sample rate is"));
     }
-    let other = found.smaller.and_then(hertz);
-    let speaks_of_samples = !unit.is_empty() && !unit.to_lowercase().ends_with("hz");
+    let alternative = stated.alternative.and_then(hertz);
+    let mentions_samples = !unit.is_empty() && !unit.to_lowercase().ends_with("hz");
     Ok(PreambleRate {
         hertz: rate,
-        is_bare: folded(key).0.eq_ignore_ascii_case(BARE_RATE) && !speaks_of_samples,
-        ambiguity: other.map(|other| (found.digits.to_string(), other)),
+        is_bare: fold_key(key).0.eq_ignore_ascii_case(BARE_RATE) && !mentions_samples,
+        ambiguity: alternative.map(|rate| (stated.digits.to_string(), rate)),
     })
 }
 
@@ -382,7 +382,7 @@ mod tests {
         decimal: b'.',
     };
 
-    /// The rate in the ways labs state it.
+    /// Sample rates in common notations.
     #[test]
     fn exact_rates_of_preambles() {
         let cases = [
@@ -402,11 +402,11 @@ mod tests {
             ("fs 5000 Hz", 5000.0),
         ];
         for (line, rate) in cases {
-            let found = read(&[(1, line)], COMMA).rates;
+            let rates = read(&[(1, line)], COMMA).rates;
             let close = |r: &StatedRate| (r.hertz - rate).abs() < 1e-9 * rate;
             assert!(
-                found.iter().all(close) && found.len() == 1,
-                "{line}: {found:?}"
+                rates.iter().all(close) && rates.len() == 1,
+                "{line}: {rates:?}"
             );
         }
         for line in [
@@ -423,7 +423,7 @@ mod tests {
         assert!(!bare("rate: 25 S/s") && !bare("sample rate: 25"));
     }
 
-    /// Thousands by the file's decimal mark; a rate that may be a thousand times another raises a warning.
+    /// Thousands separators by the decimal mark of the file; an ambiguous rate raises a warning.
     #[test]
     fn exact_thousands_of_rates() {
         let cases = [
@@ -444,21 +444,21 @@ mod tests {
             ("5000, 5000", '.', 5000.0, false),
             ("100 samples per second", '.', 100.0, false),
         ];
-        for (text, decimal, rate, doubted) in cases {
+        for (text, decimal, rate, warns) in cases {
             let marks = Separators {
                 decimal: decimal as u8,
                 ..COMMA
             };
             let line = format!("Sample rate: {text}");
-            let found = read(&[(1, &line)], marks);
+            let header = read(&[(1, &line)], marks);
             let close = |r: f64| (r / rate - 1.0).abs() < 1e-12;
-            let is = found.rates.first().is_some_and(|r| close(r.hertz));
-            assert!(is, "{text} {decimal}: {:?}", found.rates);
-            assert_eq!(!found.diagnostics.is_empty(), doubted, "{text} {decimal}");
+            let is_close = header.rates.first().is_some_and(|r| close(r.hertz));
+            assert!(is_close, "{text} {decimal}: {:?}", header.rates);
+            assert_eq!(!header.diagnostics.is_empty(), warns, "{text} {decimal}");
         }
     }
 
-    /// A rate that is there and cannot be read is not passed over.
+    /// A stated rate that cannot be read is reported.
     #[test]
     fn refuses_rates_that_cannot_be_read() {
         for text in [
@@ -477,9 +477,9 @@ mod tests {
             "12:30:00",
         ] {
             let line = format!("Sample rate: {text}");
-            let found = read(&[(7, &line)], COMMA);
-            assert_eq!(found.rates, [], "{text}");
-            assert_eq!(found.invalid_rate.map(|u| u.line), Some(7), "{text}");
+            let header = read(&[(7, &line)], COMMA);
+            assert_eq!(header.rates, [], "{text}");
+            assert_eq!(header.invalid_rate.map(|u| u.line), Some(7), "{text}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Refusals of a delimited text before its rows are read.
 
-use super::{SNIFF_LEN, body, cells, dialect, header, preamble};
+use super::{SAMPLE_LEN, body, cells, dialect, header, preamble};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::source_span::SourceSpan;
@@ -11,7 +11,7 @@ pub(super) fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<
     // NUL bytes at the end of a file are storage that was never written.
     let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |at| at + 1);
     let text = if is_whole { &bytes[..end] } else { bytes };
-    let taste = &text[..text.len().min(SNIFF_LEN)];
+    let taste = &text[..text.len().min(SAMPLE_LEN)];
     let n = taste.iter().filter(strange).count();
     // A stray control sign may stand in a note; one in two hundred does not. Lines with NUL bytes are refused where rows are read.
     if 200 * n <= taste.len() && end > 0 {
@@ -20,7 +20,7 @@ pub(super) fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<
     let shown: Vec<String> = bytes.iter().take(16).map(|b| format!("{b:02x}")).collect();
     Err(Error::new(
         Code::UnknownFormat,
-        format!("{path} is no log of a known format: it begins with the bytes {}", shown.join(" ")),
+        format!("{path} is not a log of a known format: it begins with the bytes {}", shown.join(" ")),
     )
     .with_hint("logs are delimited text (CSV), LVM, UFF 58, WAV or MATLAB level 5, also inside gzip or zip; export one of these"))
 }
@@ -34,7 +34,7 @@ pub(super) fn no_data_rows(path: &str, lines: &[&str], is_whole: bool) -> Error 
             body::BLOCK
         );
         return Error::new(Code::EmptyLog, message)
-            .with_hint("export fewer channels at a time, or one channel a column, not one a row");
+            .with_hint("export fewer channels at a time, or one channel per column, not per row");
     }
     let first = lines
         .iter()
@@ -64,7 +64,7 @@ pub(super) fn refuse_misfits(
     header: &header::TableHeader,
 ) -> Result<(), Error> {
     if let Some((at, column)) = header.broken_row {
-        let mut cells = cells::CellIter::new(lines[at].as_bytes(), layout.marks.delimiter);
+        let mut cells = cells::CellIter::new(lines[at].as_bytes(), layout.separators.delimiter);
         let (start, cell) = cells.nth(column).unwrap_or((0, lines[at].as_bytes()));
         let span = SourceSpan::within_line(path, at + 1, lines[at], start..start + cell.len());
         return Err(Error::new(
@@ -78,18 +78,17 @@ pub(super) fn refuse_misfits(
     let above = &lines[..layout.first.min(lines.len())];
     refuse_double_commas(path, above, lines, layout)?;
     for (at, line) in above.iter().enumerate().rev() {
-        match dialect::line_kind(line, layout.marks, &layout.kinds) {
+        match dialect::line_kind(line, layout.separators, &layout.kinds) {
             dialect::LineKind::Blank => {}
             dialect::LineKind::PartialRow
                 if header.preamble.contains(&at) && !preamble::is_comment(line) =>
             {
                 let (cells, width) = (
-                    cells::CellIter::new(line.as_bytes(), layout.marks.delimiter).count(),
+                    cells::CellIter::new(line.as_bytes(), layout.separators.delimiter).count(),
                     layout.kinds.len(),
                 );
                 let span = SourceSpan::within_line(path, at + 1, line, 0..line.len());
-                let message =
-                    format!("the row has {cells} cells where the rows after it have {width}");
+                let message = format!("the row has {cells} cells, the rows after it {width}");
                 let code = if cells == width {
                     Code::NotANumber
                 } else {
@@ -101,7 +100,7 @@ pub(super) fn refuse_misfits(
                     message
                 };
                 return Err(Error::new(code, message).with_span(&span).with_hint(
-                    "mend the row, or state how many lines precede the numbers: --header-lines",
+                    "correct the row, or state the number of lines before the numbers: --header-lines",
                 ));
             }
             _ => break,
@@ -131,8 +130,8 @@ fn refuse_double_commas(
         .get(layout.first..)
         .unwrap_or(&[])
         .iter()
-        .take(SNIFF_LEN);
-    let commas = layout.marks.delimiter == b',' && layout.marks.decimal == b'.';
+        .take(SAMPLE_LEN);
+    let commas = layout.separators.delimiter == b',' && layout.separators.decimal == b'.';
     let doubled = commas
         && words > 1
         && width == 2 * words
@@ -145,7 +144,7 @@ fn refuse_double_commas(
     }
     let span = SourceSpan::within_line(path, at + 1, names, 0..names.len());
     let message = format!(
-        "{words} names head rows of {width} cells: the comma is both delimiter and decimal mark"
+        "{words} names above rows of {width} cells: the comma is both delimiter and decimal mark"
     );
     Err(Error::new(Code::RaggedRow, message)
         .with_span(&span)

@@ -1,38 +1,38 @@
-//! Time stamps: numbers, date and time, time of day; converted exactly to seconds since the first.
+//! Time-stamp parser: converts numbers, date and time, and time of day to seconds since the first stamp.
 
 use super::cells;
 use crate::recording::decimal::{Decimal, power_of_ten};
 use crate::recording::resolution::Resolution;
 
-/// A date and time as written.
+/// Date and time as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct DateTime {
     date: Option<Date>,
-    /// Nanoseconds since midnight (of the zone written, where one is).
+    /// Nanoseconds since midnight UTC if a zone is written, else since local midnight.
     clock: Option<i64>,
-    /// Digits of the fraction of a second.
+    /// Number of digits of the fraction of a second.
     digits: u32,
 }
 
-/// A date as written: its order may be ambiguous.
+/// Date as written; the order of day and month may be ambiguous.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Date {
-    /// Year, month, day; and whether the day comes first, where it is written with strokes.
+    /// Year, month, day; and whether the day comes first, for dates written with slashes.
     Known(i64, i64, i64, Option<bool>),
-    /// Two numbers that are day and month, in this order or the other, and the year.
+    /// Day and month in unknown order, and the year.
     Ambiguous(i64, i64, i64),
 }
 
 /// Format of a column of stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StampFormat {
-    /// Numbers, in a unit.
+    /// Number in a unit of time.
     Decimal,
-    /// Date, with or without the time of day.
+    /// Date with time of day; cells may omit the time.
     DateTime,
-    /// Date alone.
+    /// Date without time of day.
     Date,
-    /// Time of day, or since the start.
+    /// Time of day, or time since the start.
     Clock,
 }
 
@@ -41,15 +41,15 @@ const DAY_S: i64 = 86_400;
 
 /// Format of the stamp in a cell; `None` for plain numbers and text.
 pub fn detect_format(cell: &[u8]) -> Option<StampFormat> {
-    let written = parse_date_time(cells::trim_cell(cell))?;
-    Some(match (written.date, written.clock) {
+    let stamp = parse_date_time(cells::trim_cell(cell))?;
+    Some(match (stamp.date, stamp.clock) {
         (Some(_), Some(_)) => StampFormat::DateTime,
         (Some(_), None) => StampFormat::Date,
         (None, _) => StampFormat::Clock,
     })
 }
 
-/// Digits from the front: their value, how many, and what follows.
+/// Parses leading digits, at most nine: value, count, remaining text.
 fn digits(text: &[u8]) -> Option<(i64, usize, &[u8])> {
     let n = text.iter().take_while(|b| b.is_ascii_digit()).count();
     if n == 0 || n > 9 {
@@ -62,7 +62,7 @@ fn digits(text: &[u8]) -> Option<(i64, usize, &[u8])> {
 }
 
 fn parse_date_time(cell: &[u8]) -> Option<DateTime> {
-    // The shortest is 1:02; the longest a date with nine digits of a second and a zone.
+    // The shortest stamp is 1:02, the longest a date with nine decimals of a second and a zone.
     if !cell.first()?.is_ascii_digit() || cell.len() < 4 || cell.len() > 48 {
         return None;
     }
@@ -90,14 +90,14 @@ fn parse_date_time(cell: &[u8]) -> Option<DateTime> {
     })
 }
 
-/// A date at the front, and what follows.
+/// Parses a leading date and returns the remaining text.
 fn date(text: &[u8]) -> Option<(Date, &[u8])> {
     let (a, a_digits, rest) = digits(text)?;
     let (&separator, rest) = rest.split_first()?;
     if !matches!(separator, b'-' | b'/' | b'.' | b' ') {
         return None;
     }
-    let (b, named, rest) = match month(rest) {
+    let (b, is_month_name, rest) = match month(rest) {
         Some((b, rest)) => (b, true, rest),
         None if separator == b' ' => return None,
         None => digits(rest)
@@ -111,13 +111,13 @@ fn date(text: &[u8]) -> Option<(Date, &[u8])> {
         2 => Some(if y < 70 { 2000 + y } else { 1900 + y }),
         _ => None,
     };
-    let found = if a_digits == 4 {
+    let parsed = if a_digits == 4 {
         (c_digits <= 2 && is_day(a, b, c)).then_some(Date::Known(a, b, c, None))
     } else {
         let y = year(c, c_digits)?;
         let (day_first, month_first) = (is_day(y, b, a), is_day(y, a, b));
-        if named || separator != b'/' {
-            // Points and hyphens: the day is first wherever these are written.
+        if is_month_name || separator != b'/' {
+            // With points and hyphens the day always comes first.
             day_first.then_some(Date::Known(y, b, a, None))
         } else if day_first && month_first && a != b {
             Some(Date::Ambiguous(a, b, y))
@@ -129,10 +129,10 @@ fn date(text: &[u8]) -> Option<(Date, &[u8])> {
             month_first.then_some(Date::Known(y, a, b, Some(false)))
         }
     };
-    Some((found?, rest))
+    Some((parsed?, rest))
 }
 
-/// Whether a month of a year has a day.
+/// Whether the day exists in the month of the year.
 fn is_day(year: i64, month: i64, day: i64) -> bool {
     let next = match month {
         12 => days(year + 1, 1, 1),
@@ -141,7 +141,7 @@ fn is_day(year: i64, month: i64, day: i64) -> bool {
     (1..=12).contains(&month) && (1..=next - days(year, month, 1)).contains(&day)
 }
 
-/// An English month at the front.
+/// Parses a leading abbreviated English month, from 1, and returns the remaining text.
 fn month(text: &[u8]) -> Option<(i64, &[u8])> {
     const MONTHS: &[u8] = b"janfebmaraprmayjunjulaugsepoctnovdec";
     let word = text.get(..3)?.to_ascii_lowercase();
@@ -149,7 +149,7 @@ fn month(text: &[u8]) -> Option<(i64, &[u8])> {
     Some((at as i64 + 1, &text[3..]))
 }
 
-/// A time that fills the text, `of_day` next to a date or since a start: nanoseconds, and digits of its fraction.
+/// Parses a time that fills the text: nanoseconds and number of decimals; `of_day` limits it to a time of day.
 fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
     let (a, a_digits, rest) = digits(text)?;
     let (b, b_digits, rest) = digits(rest.strip_prefix(b":")?)?;
@@ -164,7 +164,7 @@ fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
             }
             (a, b, c, rest)
         }
-        // `01:02.5` has minutes and seconds, `01:02` hours and minutes.
+        // Minutes and seconds in `01:02.5`, hours and minutes in `01:02`.
         None if matches!(rest.first(), Some(b'.' | b',')) => (0, a, b, rest),
         None => (a, b, 0, rest),
     };
@@ -178,21 +178,21 @@ fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
         _ => (0, 0, rest),
     };
     let (half_day, zone) = zone(rest.trim_ascii())?;
-    // A day ends at 24:00:00.
-    let past = 3600 * hours + 60 * minutes + seconds > DAY_S;
-    if of_day && (past || (hours == 24 && fraction > 0)) {
+    // The last time of a day is 24:00:00.
+    let is_late = 3600 * hours + 60 * minutes + seconds > DAY_S;
+    if of_day && (is_late || (hours == 24 && fraction > 0)) {
         return None;
     }
     let hours = match half_day {
         Some(_) if !(1..=12).contains(&hours) => return None,
-        Some(afternoon) => hours % 12 + if afternoon { 12 } else { 0 },
+        Some(is_pm) => hours % 12 + if is_pm { 12 } else { 0 },
         None => hours,
     };
     let seconds = 3600 * hours + 60 * (minutes - zone) + seconds;
     Some((SECOND * seconds + fraction, digits))
 }
 
-/// Suffix of a time: `AM` or `PM`, `Z`, `+01:00`. Whether it is afternoon, and the zone in minutes.
+/// Parses the suffix of a time (`AM`, `PM`, `Z`, `+01:00`): whether it is afternoon, and the zone offset, minutes.
 fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
     match text {
         b"" | b"Z" | b"z" | b"UTC" => Some((None, 0)),
@@ -214,7 +214,7 @@ fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
     }
 }
 
-/// Days from 1970-01-01 in the Gregorian calendar: 365 a year and the leap days before it, months counted from March.
+/// Days since 1970-01-01 in the Gregorian calendar: 365 per year plus leap days, months counted from March.
 fn days(year: i64, month: i64, day: i64) -> i64 {
     let (y, m) = if month > 2 {
         (year, month - 3)
@@ -225,52 +225,52 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
     365 * y + leaps + (153 * m + 2) / 5 + day - 1 - 719_468
 }
 
-/// Why a cell is no stamp of its column.
+/// Error of a cell that is not a valid stamp of its column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StampError {
-    /// It cannot be read.
-    NotAStamp,
-    /// Day and month may be either way round.
-    DayOrMonth,
-    /// Day and month are in the opposite order to that stated or that of the stamps before.
-    OtherOrder,
+    /// The cell cannot be read as a stamp.
+    Invalid,
+    /// The order of day and month is ambiguous.
+    AmbiguousOrder,
+    /// The order of day and month contradicts the stated order or the preceding stamps.
+    ConflictingOrder,
 }
 
-/// Reads the stamps of one column, in the order of the rows.
+/// Parser of the stamps of one column, in the order of the rows.
 #[derive(Debug, Clone)]
 pub struct StampParser {
     format: StampFormat,
-    /// Seconds of one unit, for numbers.
+    /// Unit of numeric stamps, s.
     unit_s: f64,
     decimal: u8,
     day_first: Option<bool>,
     first: Option<FirstStamp>,
-    /// Days and seconds carried over midnight by a clock without date.
-    wrapped: i64,
+    /// Nanoseconds added after midnight to times without date.
+    midnight_offset: i64,
     last: i64,
-    /// One unit of the finest digit, in the unit of the stamps.
+    /// Finest resolution of the stamps read, in their unit.
     finest: f64,
-    /// The most digits after the mark, of numbers without exponent.
+    /// Maximum number of decimals of numbers without exponent.
     decimals: i32,
-    /// The largest of these numbers, in units of its last digit.
+    /// Largest magnitude of these numbers, in units of the last digit.
     largest: u64,
-    /// The most significant digits of a number with exponent.
+    /// Maximum number of significant digits of numbers with exponent.
     digits: u32,
-    /// The first stamp as written.
+    /// First stamp as written.
     pub start: String,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum FirstStamp {
-    /// A plain number: digits without the point, and digits after it.
+    /// Number without exponent: digits without the decimal point, and number of decimals.
     Exact(i64, i32),
     Float(f64),
-    /// The date, and nanoseconds of the day.
+    /// Date and nanoseconds of the day.
     Clock(Option<Date>, i64),
 }
 
 impl StampParser {
-    /// A reader of stamps of `form`; numbers count `unit_s` seconds.
+    /// Creates a parser of stamps of `format`; numbers have the unit `unit_s`, s.
     pub fn new(
         format: StampFormat,
         unit_s: f64,
@@ -283,7 +283,7 @@ impl StampParser {
             decimal,
             day_first,
             first: None,
-            wrapped: 0,
+            midnight_offset: 0,
             last: 0,
             finest: f64::INFINITY,
             decimals: -1,
@@ -293,7 +293,7 @@ impl StampParser {
         }
     }
 
-    /// Value of the last digit written: numbers may drop zeros at their end, so the most digits of any count.
+    /// Resolution by the last digit written; numbers may omit trailing zeros, so the maximum number of digits applies.
     pub fn resolution(&self) -> Resolution {
         let first = match self.first {
             Some(FirstStamp::Clock(..)) | None => None,
@@ -311,7 +311,7 @@ impl StampParser {
         }
     }
 
-    /// The first stamp where stamps are numbers, s; 0 of dates and clocks.
+    /// First numeric stamp, s; 0 for dates and times of day.
     pub fn first_s(&self) -> f64 {
         let first = match self.first {
             Some(FirstStamp::Exact(digits, after)) => digits as f64 / power_of_ten(after),
@@ -321,21 +321,21 @@ impl StampParser {
         first * self.unit_s
     }
 
-    /// The order of day and month of the first stamp is ambiguous, and no other stamp determines it.
+    /// Whether the order of day and month is ambiguous in the first stamp and not determined by later ones.
     pub fn is_ambiguous(&self) -> bool {
-        let either = matches!(
+        let is_unknown = matches!(
             self.first,
             Some(FirstStamp::Clock(Some(Date::Ambiguous(..)), _))
         );
-        either && self.day_first.is_none()
+        is_unknown && self.day_first.is_none()
     }
 
-    /// The first stamp is known, and none depends on any other between: rows may be read in any order.
+    /// Whether stamps depend on the first stamp only, so that rows may be read in any order.
     pub fn is_independent(&self) -> bool {
         self.format == StampFormat::Decimal && self.first.is_some()
     }
 
-    /// Takes in what a copy of this parser has read of other rows.
+    /// Merges the resolution found by a copy of this parser in other rows.
     pub fn merge(&mut self, other: &StampParser) {
         self.finest = self.finest.min(other.finest);
         self.decimals = self.decimals.max(other.decimals);
@@ -343,10 +343,10 @@ impl StampParser {
         self.digits = self.digits.max(other.digits);
     }
 
-    /// Seconds since the first stamp; `None` for a blank.
+    /// Parses a cell to seconds since the first stamp; `None` for a blank cell.
     ///
     /// # Errors
-    /// The cell is no stamp of this column.
+    /// The cell is not a valid stamp of this column.
     pub fn seconds(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
         let cell = cells::trim_cell(cell);
         if cell.is_empty() {
@@ -364,14 +364,14 @@ impl StampParser {
     }
 
     fn number(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
-        let written = Decimal::scan(cell, self.decimal).filter(|(_, length)| *length == cell.len());
-        match written.and_then(|(decimal, _)| self.plain_seconds(decimal)) {
+        let number = Decimal::scan(cell, self.decimal).filter(|(_, length)| *length == cell.len());
+        match number.and_then(|(decimal, _)| self.plain_seconds(decimal)) {
             Some(seconds) => Ok(Some(seconds)),
             None => self.float(cell),
         }
     }
 
-    /// Seconds since the first stamp, in a column of numbers, of one without exponent; `None` of others.
+    /// Seconds since the first stamp for a number without exponent in a numeric column; `None` otherwise.
     #[inline]
     pub fn plain_seconds(&mut self, decimal: Decimal) -> Option<f64> {
         let (units, after) = decimal.fixed_point()?;
@@ -380,117 +380,117 @@ impl StampParser {
             self.finest = self.finest.min(power_of_ten(-after));
         }
         self.largest = self.largest.max(units.unsigned_abs());
-        let since = match *self.first.get_or_insert(FirstStamp::Exact(units, after)) {
+        let elapsed = match *self.first.get_or_insert(FirstStamp::Exact(units, after)) {
             FirstStamp::Exact(first, first_after) => difference(units, after, first, first_after),
             FirstStamp::Float(first) => units as f64 / power_of_ten(after) - first,
             FirstStamp::Clock(..) => return None,
         };
-        Some(since * self.unit_s)
+        Some(elapsed * self.unit_s)
     }
 
     fn float(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
         let value = match cells::parse_cell(cell, self.decimal) {
             cells::Cell::Number(value) | cells::Cell::Thousands { value, .. } => value,
             cells::Cell::Missing => return Ok(None),
-            _ => return Err(StampError::NotAStamp),
+            _ => return Err(StampError::Invalid),
         };
         let last = resolution(cell, self.decimal);
-        // Zero has no significant digit, and its last one says nothing of those of others.
+        // Zero has no significant digit and does not determine the resolution.
         if value != 0.0 {
             self.finest = self.finest.min(last);
             let count = 1.0 + value.abs().log10().floor() - last.log10().round();
             self.digits = self.digits.max(count.clamp(1.0, 18.0) as u32);
         }
-        let since = match *self.first.get_or_insert(FirstStamp::Float(value)) {
+        let elapsed = match *self.first.get_or_insert(FirstStamp::Float(value)) {
             FirstStamp::Float(first) => value - first,
             FirstStamp::Exact(first, after) => value - first as f64 / power_of_ten(after),
-            FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
+            FirstStamp::Clock(..) => return Err(StampError::Invalid),
         };
-        Ok(Some(since * self.unit_s))
+        Ok(Some(elapsed * self.unit_s))
     }
 
     fn clock(&mut self, cell: &[u8]) -> Result<f64, StampError> {
-        let written = parse_date_time(cell).ok_or(StampError::NotAStamp)?;
-        let nano = written.clock.unwrap_or(0);
-        let digit = match written.clock {
-            Some(_) => power_of_ten(-(written.digits as i32)),
+        let stamp = parse_date_time(cell).ok_or(StampError::Invalid)?;
+        let nano = stamp.clock.unwrap_or(0);
+        let digit = match stamp.clock {
+            Some(_) => power_of_ten(-(stamp.digits as i32)),
             None => DAY_S as f64,
         };
         self.finest = self.finest.min(digit / self.unit_s);
         let first = *self
             .first
-            .get_or_insert(FirstStamp::Clock(written.date, nano));
-        if let (Some(Date::Known(.., Some(own))), Some(stated)) = (written.date, self.day_first)
-            && own != stated
+            .get_or_insert(FirstStamp::Clock(stamp.date, nano));
+        if let (Some(Date::Known(.., Some(order))), Some(stated)) = (stamp.date, self.day_first)
+            && order != stated
         {
-            return Err(StampError::OtherOrder);
+            return Err(StampError::ConflictingOrder);
         }
         let FirstStamp::Clock(first_date, first_nano) = first else {
-            return Err(StampError::NotAStamp);
+            return Err(StampError::Invalid);
         };
-        let passed = match (first_date, written.date) {
+        let days = match (first_date, stamp.date) {
             (Some(first), Some(now)) => self.days_between(first, now)?,
             (None, None) => {
-                // A fall by more than half a day is midnight.
-                if nano + self.wrapped < self.last - SECOND * DAY_S / 2 {
-                    self.wrapped += SECOND * DAY_S;
+                // A decrease by more than half a day is a midnight crossing.
+                if nano + self.midnight_offset < self.last - SECOND * DAY_S / 2 {
+                    self.midnight_offset += SECOND * DAY_S;
                 }
-                self.last = nano + self.wrapped;
-                self.wrapped / (SECOND * DAY_S)
+                self.last = nano + self.midnight_offset;
+                self.midnight_offset / (SECOND * DAY_S)
             }
-            _ => return Err(StampError::NotAStamp),
+            _ => return Err(StampError::Invalid),
         };
-        Ok((passed * DAY_S) as f64 + (nano - first_nano) as f64 / SECOND as f64)
+        Ok((days * DAY_S) as f64 + (nano - first_nano) as f64 / SECOND as f64)
     }
 
-    /// Days from one date to another; the data decide which number is the day.
-    fn days_between(&mut self, first: Date, now: Date) -> Result<i64, StampError> {
-        if first == now {
+    /// Days from one date to another; determines the order of day and month if it is ambiguous.
+    fn days_between(&mut self, first: Date, second: Date) -> Result<i64, StampError> {
+        if first == second {
             return Ok(0);
         }
-        let settled = |date: Date, day_first: bool| match date {
+        let day_number = |date: Date, day_first: bool| match date {
             Date::Known(y, m, d, _) => days(y, m, d),
             Date::Ambiguous(a, b, y) if day_first => days(y, b, a),
             Date::Ambiguous(a, b, y) => days(y, a, b),
         };
-        let between = |day_first| settled(now, day_first) - settled(first, day_first);
-        let day_first = match (self.day_first, first, now) {
+        let interval = |day_first| day_number(second, day_first) - day_number(first, day_first);
+        let day_first = match (self.day_first, first, second) {
             (Some(day_first), ..) => day_first,
-            // A later date that only fits one way settles the first one.
+            // A later unambiguous date that matches one order only determines the order of the first date.
             (None, Date::Ambiguous(a, b, _), Date::Known(_, m, d, _))
                 if (a == d || b == m) != (a == m || b == d) =>
             {
                 a == d || b == m
             }
-            (None, ..) => match (between(true), between(false)) {
+            (None, ..) => match (interval(true), interval(false)) {
                 (1, other) if other != 1 => true,
                 (other, 1) if other != 1 => false,
                 (one, other) if one == other => true,
-                // The next day goes forward; a log that runs on cannot jump back.
+                // Time cannot decrease in a continuous log.
                 (forward, back) if forward > 0 && back < 0 => true,
                 (back, forward) if forward > 0 && back < 0 => false,
-                _ => return Err(StampError::DayOrMonth),
+                _ => return Err(StampError::AmbiguousOrder),
             },
         };
         self.day_first = Some(day_first);
-        Ok(between(day_first))
+        Ok(interval(day_first))
     }
 }
 
-/// The difference of two plain numbers, rounded once.
+/// Difference of two decimal numbers, rounded once.
 fn difference(a: i64, a_after: i32, b: i64, b_after: i32) -> f64 {
     let after = a_after.max(b_after);
     if a_after == b_after
-        && let Some(whole) = a.checked_sub(b)
+        && let Some(units) = a.checked_sub(b)
     {
-        return whole as f64 / power_of_ten(after);
+        return units as f64 / power_of_ten(after);
     }
     let scaled =
         |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
     (scaled(a, a_after) - scaled(b, b_after)) as f64 / power_of_ten(after)
 }
 
-/// One unit of the last digit of a number with an exponent.
+/// Value of one unit of the last digit of a number with an exponent.
 fn resolution(cell: &[u8], decimal: u8) -> f64 {
     let is_e = |b: &u8| matches!(*b, b'e' | b'E' | b'd' | b'D');
     let (mantissa, exponent) = match cell.iter().position(is_e) {
@@ -515,7 +515,7 @@ mod tests {
         cells.iter().map(read).collect()
     }
 
-    /// Stamps are differences, exact to the last digit.
+    /// Differences of stamps are exact to the last digit.
     #[test]
     fn exact_stamps_since_the_first() {
         let dates = [
@@ -531,8 +531,8 @@ mod tests {
         assert_eq!(seconds(StampFormat::Clock, 1.0, &clock), [0.0, 0.75, 1.75]);
         let days = ["1.03.2024 23:00:00", "02.03.2024 01:00:00"];
         assert_eq!(seconds(StampFormat::DateTime, 1.0, &days), [0.0, 7200.0]);
-        let either = ["1/2/2023 11:59:59 PM", "1/3/2023 12:00:00 AM"];
-        assert_eq!(seconds(StampFormat::DateTime, 1.0, &either), [0.0, 1.0]);
+        let ambiguous = ["1/2/2023 11:59:59 PM", "1/3/2023 12:00:00 AM"];
+        assert_eq!(seconds(StampFormat::DateTime, 1.0, &ambiguous), [0.0, 1.0]);
         let epoch = ["1657065123456789001", "1657065123456789003"];
         assert_eq!(seconds(StampFormat::Decimal, 1e-9, &epoch), [0.0, 2e-9]);
         assert_eq!(
@@ -547,7 +547,7 @@ mod tests {
         seconds(StampFormat::DateTime, 1.0, &[a, b])[1] / 86_400.0
     }
 
-    /// The last digit written is the resolution: the finest of numbers with as many decimals, else the last significant one.
+    /// The resolution is the last digit written: that of the most decimals, else the last significant digit.
     #[test]
     fn exact_resolution_from_the_digits() {
         let resolution = |format, cells: &[&str]| {
@@ -576,14 +576,14 @@ mod tests {
         );
     }
 
-    /// Indistinguishable orders of day and month are not guessed.
+    /// An undetermined order of day and month is an error.
     #[test]
     fn refuses_day_or_month_that_the_data_leave_open() {
         let mut reader = StampParser::new(StampFormat::DateTime, 1.0, b'.', None);
         assert_eq!(reader.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
         assert_eq!(
             reader.seconds(b"05/07/2023 10:00"),
-            Err(StampError::DayOrMonth)
+            Err(StampError::AmbiguousOrder)
         );
         for text in [
             "1.234.567",

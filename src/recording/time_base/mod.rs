@@ -146,7 +146,7 @@ pub fn fit(timing: &RawTiming, stamps: &TimeStamps) -> Result<TimeBase, Error> {
     {
         let is_gap = |step: f64, _: f64| step > MIN_GAP_STEPS * usual.median_s;
         let strict = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
-        if losses::are_lost(&time_base, &strict, n) {
+        if losses::are_lost_samples(&time_base, &strict, n) {
             return Ok(strict);
         }
     }

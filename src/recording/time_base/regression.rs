@@ -1,31 +1,31 @@
-//! Straight lines through the stamps of segments: one slope and an offset for each, `Σ w (x − x̄)(y − ȳ) / Σ w (x − x̄)²` over
-//! rows x = 0, 1, 2, … with weights w. The sums are compensated, so that a thousand million rows keep their digits.
+//! Weighted linear regression of time stamps y over row numbers x = 0, 1, 2, …: an offset for each segment and the common slope
+//! `Σ w (x − x̄)(y − ȳ) / Σ w (x − x̄)²` with weights w. Compensated summation keeps the digits of 10⁹ rows.
 
-/// A sum that carries what rounding loses (Neumaier 1974, Zeitschrift für angewandte Mathematik und Mechanik 54, 39–51).
+/// Sum with compensation of its rounding error (Neumaier 1974, Zeitschrift für angewandte Mathematik und Mechanik 54, 39–51).
 #[derive(Debug, Default, Clone, Copy)]
 struct CompensatedSum {
     sum: f64,
-    lost: f64,
+    compensation: f64,
 }
 
 impl CompensatedSum {
     fn add(&mut self, x: f64) {
         let sum = self.sum + x;
-        // Møller and Knuth's exact error of an addition, without a branch.
-        let added = sum - self.sum;
-        self.lost += (self.sum - (sum - added)) + (x - added);
+        // Exact error of an addition by Møller and Knuth, without a branch.
+        let increment = sum - self.sum;
+        self.compensation += (self.sum - (sum - increment)) + (x - increment);
         self.sum = sum;
     }
 
     fn value(self) -> f64 {
-        self.sum + self.lost
+        self.sum + self.compensation
     }
 }
 
-/// Rows whose plain sums are added to the compensated ones together.
+/// Number of rows that are summed without compensation before they are added to the compensated sums.
 const PART_ROWS: f64 = 64.0;
 
-/// Plain sums over some rows, with rows and stamps taken from the first of them.
+/// Uncompensated sums over up to [`PART_ROWS`] rows; rows and stamps are relative to the first of them.
 #[derive(Debug, Default, Clone, Copy)]
 struct PartSums {
     first_s: f64,
@@ -37,14 +37,14 @@ struct PartSums {
     xy: f64,
 }
 
-/// Sums of a regression over one segment, stamps taken from its first.
+/// Regression sums over one segment; stamps are relative to its first stamp.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct RegressionSums {
-    /// Rows.
+    /// Number of rows.
     pub rows: f64,
-    /// The latest stamp, s from the first.
+    /// Last stamp, s from the first.
     pub last_s: f64,
-    /// The latest rows, not yet in the sums below.
+    /// Sums of the last rows, not yet added to the sums below.
     part: PartSums,
     w: CompensatedSum,
     x: CompensatedSum,
@@ -54,7 +54,7 @@ pub(super) struct RegressionSums {
 }
 
 impl RegressionSums {
-    /// Takes the stamp of the next row, s from the first of the segment.
+    /// Adds the stamp of the next row, s from the first stamp of the segment.
     pub fn add(&mut self, since_s: f64, weight: f64) {
         if self.part.rows == PART_ROWS {
             self.join_part();
@@ -74,7 +74,7 @@ impl RegressionSums {
         self.last_s = since_s;
     }
 
-    /// Adds the latest rows: with `x = x₀ + x'` and `y = y₀ + y'` of the first of them.
+    /// Adds the part to the compensated sums, with `x = x₀ + x'` and `y = y₀ + y'`, where `x₀` and `y₀` are those of its first row.
     fn join_part(&mut self) {
         let part = std::mem::take(&mut self.part);
         let (x0, y0) = (self.rows - part.rows, part.first_s);
@@ -103,7 +103,7 @@ impl RegressionSums {
         )
     }
 
-    /// Intercept of the line of a slope at the first row, s from its stamp.
+    /// Intercept at the first row of the line with this slope (s per row), s from the first stamp.
     pub fn offset(mut self, slope: f64) -> f64 {
         self.join_part();
         (self.y.value() - slope * self.x.value()) / self.w.value()
@@ -114,8 +114,8 @@ impl RegressionSums {
 mod tests {
     use super::*;
 
-    /// Steps, of the slope over exact stamps, that the last of `rows` rows lies off the line.
-    fn off(rows: u64) -> f64 {
+    /// Deviation of the last of `rows` exact stamps from the regression line, in sample intervals.
+    fn error(rows: u64) -> f64 {
         let step = 1.0 / 51_200.0;
         let mut line = RegressionSums::default();
         (0..rows).for_each(|row| line.add(row as f64 * step, 1.0));
@@ -124,15 +124,15 @@ mod tests {
         (end - line.last_s).abs() / step
     }
 
-    /// Exact stamps lie on their line however many they are: plain sums had put rows a hundredth of a step off.
+    /// Exact stamps lie on the regression line; uncompensated sums gave deviations of 0.01 sample intervals.
     #[test]
     fn exact_line_of_many_rows() {
-        assert!(off(20_000_000) < 1e-7, "{}", off(20_000_000));
+        assert!(error(20_000_000) < 1e-7, "{}", error(20_000_000));
     }
 
     #[test]
     #[ignore = "a thousand million rows take ten seconds"]
     fn exact_line_of_a_thousand_million_rows() {
-        assert!(off(1_000_000_000) < 1e-5, "{}", off(1_000_000_000));
+        assert!(error(1_000_000_000) < 1e-5, "{}", error(1_000_000_000));
     }
 }

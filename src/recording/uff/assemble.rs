@@ -19,10 +19,10 @@ use crate::recording::resolution::Resolution;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::StatedRate;
 
-/// The increment in the header has six digits or more.
+/// Relative tolerance of the abscissa increment, which the header states with six or more digits.
 const INCREMENT_TOLERANCE: f64 = 1e-5;
 
-/// Deals the sets out by their type of function.
+/// Distributes the data sets to channels, responses and spectra by function type.
 pub(super) fn assemble(
     data_sets: Vec<DataSet58>,
     is_si: bool,
@@ -31,14 +31,14 @@ pub(super) fn assemble(
 ) -> Result<(), Error> {
     let names = PointNames::new(&data_sets);
     if let Some(first) = data_sets.first() {
-        let said = first
+        let lines = first
             .header
             .ids
             .iter()
             .enumerate()
             .filter(|(_, id)| !id.is_empty());
-        let facts = said.map(|(at, id)| (format!("header line {}", at + 1), id.clone()));
-        log.metadata.extend(facts);
+        let entries = lines.map(|(at, id)| (format!("header line {}", at + 1), id.clone()));
+        log.metadata.extend(entries);
     }
     let context = FileContext { names, is_si };
     let mut coherences = Vec::new();
@@ -82,7 +82,7 @@ pub(super) fn assemble(
     Ok(())
 }
 
-/// Channels of all sets with their degrees of freedom, each once.
+/// Lists the channels of all sets with their degrees of freedom, without duplicates.
 pub(super) fn channel_places(data_sets: &[DataSet58]) -> Vec<(String, DofLabel)> {
     let names = PointNames::new(data_sets);
     let mut places: Vec<(String, DofLabel)> = Vec::new();
@@ -100,7 +100,7 @@ pub(super) fn channel_places(data_sets: &[DataSet58]) -> Vec<(String, DofLabel)>
     places
 }
 
-/// A response with its lines and the points it joins.
+/// Response with its header and its lines, Hz.
 struct UffResponse {
     header: UffHeader,
     lines: Vec<f64>,
@@ -113,7 +113,7 @@ struct FileContext {
 }
 
 impl FileContext {
-    /// Puts a time response into the group of its clock.
+    /// Adds a time response to the channel group of its clock.
     fn channel(
         &self,
         set: DataSet58,
@@ -128,11 +128,11 @@ impl FileContext {
             start: Some(header.ids[2].clone()).filter(|date| date.contains(':')),
             ..RawTiming::default()
         };
-        let mut same = None;
-        if header.is_even {
+        let mut group_index = None;
+        if header.is_uniform {
             let increment = header.step * scale;
             timing.stated_rates = vec![rate(&header, increment)];
-            same = log.groups.iter().position(|group| {
+            group_index = log.groups.iter().position(|group| {
                 let channel = group.channels.first();
                 group.timing.stated_rates == timing.stated_rates
                     && group.timing.header_samples == timing.header_samples
@@ -141,7 +141,7 @@ impl FileContext {
         } else {
             let start = values.x[0];
             let seconds: Vec<f64> = values.x.iter().map(|x| (x - start) * scale).collect();
-            same = position_of(&log.groups, &seconds)?.or(same);
+            group_index = position_of(&log.groups, &seconds)?.or(group_index);
             let largest = values.x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             timing.stamps = Some(TimeStamps {
                 name: match header.abscissa.label.is_empty() {
@@ -152,7 +152,7 @@ impl FileContext {
                 first: String::new(),
                 first_s: start * scale,
                 seconds: SampleColumn::from_slice(&seconds),
-                // Six digits in text, single precision in bytes.
+                // Text has six digits, binary data single precision.
                 resolution: Resolution::constant(
                     match header.ordinate_kind.is_double && set.is_binary {
                         true => f64::EPSILON * largest * scale,
@@ -167,7 +167,7 @@ impl FileContext {
             samples,
             overloads: values.overloads,
         };
-        match same.and_then(|at| log.groups.get_mut(at)) {
+        match group_index.and_then(|at| log.groups.get_mut(at)) {
             Some(group) => group.channels.push(channel),
             None => log.groups.push(ChannelGroup {
                 timing,
@@ -209,29 +209,29 @@ impl FileContext {
         });
     }
 
-    /// Gives a coherence to the responses between the same points; a multiple one to all at its response point.
+    /// Assigns a coherence to the response between the same points, a multiple coherence to all responses at its response point.
     fn coherence(&self, set: DataSet58, responses: &mut [UffResponse], log: &mut RawLog) {
         let is_multiple = set.header.function == codes::TYPE_MULTIPLE_COHERENCE;
         let lines = abscissa_hz(&set);
-        let mut taken = false;
+        let mut is_assigned = false;
         for function in responses {
-            let between = function.header.response == set.header.response
+            let is_match = function.header.response == set.header.response
                 && (is_multiple || function.header.reference == set.header.reference);
-            if between && function.lines == lines && function.response.coherence.is_none() {
+            if is_match && function.lines == lines && function.response.coherence.is_none() {
                 function.response.coherence = Some(set.values.re.clone());
-                taken = true;
+                is_assigned = true;
                 if !is_multiple {
                     break;
                 }
             }
         }
-        if !taken {
+        if !is_assigned {
             self.spectrum(set, log);
         }
     }
 }
 
-/// The rate by the increment, Hz; by the line that states it with more digits where the two agree.
+/// Sample rate by the increment, s; the rate of header line 4, which has more digits, if the two agree.
 fn rate(header: &UffHeader, increment: f64) -> StatedRate {
     let (before, after) = codes::RATE_LINE;
     let stated = header.ids[3]
@@ -246,14 +246,14 @@ fn rate(header: &UffHeader, increment: f64) -> StatedRate {
     }
 }
 
-/// The group whose stamps are these.
+/// Index of the group with these stamps, s.
 fn position_of(groups: &[ChannelGroup], seconds: &[f64]) -> Result<Option<usize>, Error> {
     for (at, group) in groups.iter().enumerate() {
         let stamps = group.timing.stamps.as_ref().map(|stamps| &stamps.seconds);
         if let Some(stamps) = stamps.filter(|stamps| stamps.len() == seconds.len()) {
-            let mut known = vec![0.0; seconds.len()];
-            stamps.read(0, &mut known)?;
-            if known == seconds {
+            let mut times = vec![0.0; seconds.len()];
+            stamps.read(0, &mut times)?;
+            if times == seconds {
                 return Ok(Some(at));
             }
         }
@@ -261,7 +261,7 @@ fn position_of(groups: &[ChannelGroup], seconds: &[f64]) -> Result<Option<usize>
     Ok(None)
 }
 
-/// Seconds in a unit of the abscissa.
+/// Factor of the abscissa unit to seconds.
 fn time_scale(header: &UffHeader, options: &ReadOptions) -> Result<f64, Error> {
     let written = header.abscissa.unit.as_str();
     match (options.time_unit.as_deref(), written) {
@@ -286,7 +286,7 @@ fn abscissa_hz(set: &DataSet58) -> Vec<f64> {
         _ => 1.0,
     };
     let UffHeader { start, step, .. } = set.header;
-    match set.header.is_even {
+    match set.header.is_uniform {
         true => (0..set.values.re.len())
             .map(|k| (start + k as f64 * step) * scale)
             .collect(),
@@ -300,9 +300,9 @@ fn complex(set: &DataSet58) -> Vec<Complex> {
     values.map(|(k, &re)| Complex::new(re, im(k))).collect()
 }
 
-/// The responses over the lines most of them share; the others are reported as left out.
+/// Collects the responses over the most common lines; reports the others as left out.
 fn collect_responses(functions: Vec<UffResponse>, log: &mut RawLog) -> Option<FrequencyResponses> {
-    let sharing = |lines: &[f64]| functions.iter().filter(|f| f.lines == lines).count();
+    let count_sharing = |lines: &[f64]| functions.iter().filter(|f| f.lines == lines).count();
     let mut best: Option<(usize, Vec<f64>)> = None;
     for function in &functions {
         if best
@@ -311,8 +311,8 @@ fn collect_responses(functions: Vec<UffResponse>, log: &mut RawLog) -> Option<Fr
         {
             continue;
         }
-        let count = sharing(&function.lines);
-        if best.as_ref().is_none_or(|&(most, _)| count > most) {
+        let count = count_sharing(&function.lines);
+        if best.as_ref().is_none_or(|&(largest, _)| count > largest) {
             best = Some((count, function.lines.clone()));
         }
     }
@@ -325,46 +325,46 @@ fn collect_responses(functions: Vec<UffResponse>, log: &mut RawLog) -> Option<Fr
                 "{others} of {} frequency responses lie on other lines than the rest and are left out",
                 functions.len()
             ),
-            hint: Some("put them into files of their own".into()),
+            hint: Some("put them into separate files".into()),
         });
     }
-    let kept: Vec<UffResponse> = (functions.into_iter())
+    let sets: Vec<UffResponse> = (functions.into_iter())
         .filter(|f| f.lines == frequency_hz)
         .collect();
-    // What this crate wrote is the same in every set; what differs is not believed.
-    let said = |line: usize, words: [&str; 3]| {
-        let mut all = kept.iter().map(|f| codes::pair(&f.header.ids[line], words));
-        let first = all.next()??;
-        all.all(|other| other == Some(first)).then_some(first)
+    // Values written by this crate are equal in all sets; differing values are ignored.
+    let shared = |line: usize, words: [&str; 3]| {
+        let mut pairs = sets.iter().map(|f| codes::pair(&f.header.ids[line], words));
+        let first = pairs.next()??;
+        pairs.all(|other| other == Some(first)).then_some(first)
     };
-    let behind = said(3, codes::AVERAGES_LINE);
-    let usable_hz = said(4, codes::USABLE_LINE).filter(|(low, high)| *low >= 0.0 && low < high);
-    let line_independence = said(1, codes::INDEPENDENCE_LINE)
+    let averaging = shared(3, codes::AVERAGES_LINE);
+    let usable_hz = shared(4, codes::USABLE_LINE).filter(|(low, high)| *low >= 0.0 && low < high);
+    let line_independence = shared(1, codes::INDEPENDENCE_LINE)
         .map(|(lines, line)| lines / line)
         .filter(|share| *share > 0.0 && *share <= 1.0);
-    let functions = kept.into_iter().map(|f| f.response).collect();
+    let functions = sets.into_iter().map(|f| f.response).collect();
     Some(FrequencyResponses {
         frequency_hz,
         responses: functions,
-        averages: behind.map(|b| b.0).filter(|n| *n > 0.0),
-        window_decay: behind.map_or(0.0, |b| b.1.max(0.0)),
+        averages: averaging.map(|b| b.0).filter(|n| *n > 0.0),
+        window_decay: averaging.map_or(0.0, |b| b.1.max(0.0)),
         usable_band_hz: usable_hz,
         independent_lines_per_line: line_independence,
     })
 }
 
-/// Channels of one name are numbered.
+/// Numbers the channels of equal names.
 fn make_names_unique(log: &mut RawLog) {
-    let mut seen: Vec<String> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     let channels = log.groups.iter_mut().flat_map(|group| &mut group.channels);
     for (at, channel) in channels.enumerate() {
         if channel.name.is_empty() {
             channel.name = format!("function {}", at + 1);
         }
-        let before = seen.iter().filter(|name| **name == channel.name).count();
-        seen.push(channel.name.clone());
-        if before > 0 {
-            channel.name = format!("{} ({})", channel.name, before + 1);
+        let earlier = names.iter().filter(|name| **name == channel.name).count();
+        names.push(channel.name.clone());
+        if earlier > 0 {
+            channel.name = format!("{} ({})", channel.name, earlier + 1);
         }
     }
 }

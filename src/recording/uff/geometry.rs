@@ -114,7 +114,7 @@ impl UffGeometry {
             let missing = trace.iter().find(|node| !index.contains_key(node));
             if let Some(node) = missing {
                 let message = format!(
-                    "a trace line leads to node {node}, which no data set 15 or 2411 holds"
+                    "a trace line refers to node {node}, which is in no data set 15 or 2411"
                 );
                 return Err(UffCursor::new(&log.path, b"")
                     .error(line, "", message)
@@ -175,7 +175,7 @@ fn numbers(cursor: &mut UffCursor<'_>, count: usize) -> Result<Vec<f64>, Error> 
             Ok(all)
         }
         None => {
-            Err(cursor.error_here(format!("{count} numbers of the geometry should stand here")))
+            Err(cursor.error_here(format!("{count} numbers of the geometry are required here")))
         }
     }
 }

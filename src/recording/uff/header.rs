@@ -1,24 +1,24 @@
-//! Header of data set 58: five text lines and six records of fixed columns.
+//! Header of data set 58: five text lines (records 1 to 5) and records 6 to 11 of fixed columns.
 
 use super::codes;
 
-/// Storage format of the numbers of a set: record 7 field 1.
+/// Storage format of the ordinate: record 7, field 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct OrdinateType {
     pub is_complex: bool,
     pub is_double: bool,
 }
 
-/// One axis: records 8 to 11.
+/// Axis description: records 8 to 11.
 #[derive(Debug, Clone, Default)]
 pub(super) struct AxisRecord {
     pub data_type: i64,
     pub label: String,
-    /// As written; empty where the file says `NONE`.
+    /// Unit as written; empty for `NONE`.
     pub unit: String,
 }
 
-/// A degree of freedom: name of the entity, node and direction.
+/// Degree of freedom: entity name, node and direction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct DofLabel {
     pub entity: String,
@@ -27,7 +27,7 @@ pub(super) struct DofLabel {
 }
 
 impl DofLabel {
-    /// `12+Z`; empty where neither node nor direction says anything.
+    /// Node and direction, `12+Z`; empty if neither is given.
     pub fn text(&self) -> String {
         match (self.node, self.direction) {
             (0, 0) => String::new(),
@@ -36,18 +36,18 @@ impl DofLabel {
     }
 }
 
-/// Contents of the eleven lines.
+/// Header of a data set 58.
 #[derive(Debug, Clone)]
 pub(super) struct UffHeader {
-    /// Lines 1 to 5; empty where the file says `NONE`.
+    /// Lines 1 to 5; empty for `NONE`.
     pub ids: [String; 5],
     pub function: usize,
     pub response: DofLabel,
     pub reference: DofLabel,
     pub ordinate_kind: OrdinateType,
-    /// Values the header states; a complex one counts once.
+    /// Stated number of values; a complex value counts once.
     pub count: usize,
-    pub is_even: bool,
+    pub is_uniform: bool,
     pub start: f64,
     pub step: f64,
     pub abscissa: AxisRecord,
@@ -55,30 +55,30 @@ pub(super) struct UffHeader {
     pub denominator: AxisRecord,
 }
 
-/// Reads the eleven lines; what is wrong comes with the place of its line among them, from 0.
+/// Parses the eleven lines; an error has the index of its line, from 0.
 pub(super) fn parse(lines: &[String]) -> Result<UffHeader, (usize, String)> {
     const RECORD_6: usize = 5;
     const RECORD_7: usize = 6;
-    let wrong = |at: usize, message: &str| Err((at, message.to_string()));
-    let [ids @ .., place, shape, abscissa, ordinate, denominator, _z] = lines else {
-        return wrong(
+    let error = |at: usize, message: &str| Err((at, message.to_string()));
+    let [ids @ .., dofs, form, abscissa, ordinate, denominator, _z] = lines else {
+        return error(
             0,
             "the header of the data set 58 ends before its eleven lines",
         );
     };
-    let mut kept = ids.iter().map(|id| trim_none(id));
-    let ids: [String; 5] = std::array::from_fn(|_| kept.next().unwrap_or_default());
+    let mut texts = ids.iter().map(|id| trim_none(id));
+    let ids: [String; 5] = std::array::from_fn(|_| texts.next().unwrap_or_default());
 
-    let point = |from: usize| DofLabel {
-        entity: trim_none(&columns(place, from, from + 10)),
-        node: integer(&columns(place, from + 10, from + 20)),
-        direction: integer(&columns(place, from + 20, from + 24)),
+    let dof_label = |from: usize| DofLabel {
+        entity: trim_none(&columns(dofs, from, from + 10)),
+        node: integer(&columns(dofs, from + 10, from + 20)),
+        direction: integer(&columns(dofs, from + 20, from + 24)),
     };
-    let function = integer(&columns(place, 0, 5));
+    let function = integer(&columns(dofs, 0, 5));
     let function = usize::try_from(function)
         .map_err(|_| (RECORD_6, format!("the type of function is {function}")))?;
 
-    let fields = record_7_fields(shape);
+    let fields = record_7_fields(form);
     let number = |field: usize| -> f64 {
         let text = fields.get(field).map(|text| text.replace(['D', 'd'], "E"));
         text.and_then(|text| text.trim().parse().ok())
@@ -100,37 +100,37 @@ pub(super) fn parse(lines: &[String]) -> Result<UffHeader, (usize, String)> {
     if !(0.0..1e15).contains(&count) || count.fract() != 0.0 {
         return Err((
             RECORD_7,
-            format!("the number of values is `{}`", shape.trim()),
+            format!("the number of values is `{}`", form.trim()),
         ));
     }
-    let is_even = match spacing {
+    let is_uniform = match spacing {
         1.0 => true,
         0.0 => false,
         _ => {
-            return wrong(RECORD_7, "the abscissa is neither even (1) nor uneven (0)");
+            return error(RECORD_7, "the abscissa is neither even (1) nor uneven (0)");
         }
     };
     let (start, step) = (number(3), number(4));
-    if is_even && !(start + count * step).is_finite() {
+    if is_uniform && !(start + count * step).is_finite() {
         return Err((
             RECORD_7,
             format!(
                 "start and increment of the abscissa cannot be read from `{}`",
-                shape.trim()
+                form.trim()
             ),
         ));
     }
     Ok(UffHeader {
         ids,
         function,
-        response: point(31),
-        reference: point(56),
+        response: dof_label(31),
+        reference: dof_label(56),
         ordinate_kind: OrdinateType {
             is_complex: ordinate_kind.0,
             is_double: ordinate_kind.1,
         },
         count: count as usize,
-        is_even,
+        is_uniform,
         start,
         step,
         abscissa: axis(abscissa),
@@ -139,12 +139,12 @@ pub(super) fn parse(lines: &[String]) -> Result<UffHeader, (usize, String)> {
     })
 }
 
-/// The six fields of record 7: apart by blanks where they are, else by columns (negative numbers with three digits of
-/// exponent fill theirs).
+/// Fields of record 7, split at blanks or, if there are fewer than five, by columns: negative numbers with three-digit exponents
+/// fill their columns.
 fn record_7_fields(line: &str) -> Vec<String> {
-    let apart: Vec<String> = line.split_whitespace().map(str::to_string).collect();
-    if apart.len() >= 5 {
-        return apart;
+    let fields: Vec<String> = line.split_whitespace().map(str::to_string).collect();
+    if fields.len() >= 5 {
+        return fields;
     }
     let bounds = [0, 10, 20, 30, 43, 56, 69];
     bounds
@@ -170,7 +170,7 @@ fn integer(field: &str) -> i64 {
     field.trim().parse().unwrap_or(0)
 }
 
-/// Without blanks around it; empty for `NONE`.
+/// The field without surrounding blanks; empty for `NONE`.
 fn trim_none(field: &str) -> String {
     match field.trim().trim_matches('\0') {
         "NONE" | "None" | "none" => String::new(),

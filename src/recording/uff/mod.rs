@@ -1,8 +1,8 @@
 //! UFF 58 files, text and binary: data sets "function at nodal degree of freedom".
 //!
-//! A data set stands between two lines `-1`; the line after the first is its number. Structural Dynamics Research
+//! A data set is enclosed by two lines `-1`; its first line is its number. Source: Structural Dynamics Research
 //! Corporation, “Universal File Datasets Summary”, data sets 58 and 58b; 15, 82 and 2411 for geometry; 164 for units. Other data sets
-//! (mode shapes, elements) are passed over, and this is said.
+//! (mode shapes, elements) are skipped with a repair note.
 
 pub(super) mod codes;
 
@@ -31,27 +31,27 @@ use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error, Errors};
 use crate::base::text::pluralise;
 
-/// Lines of a header after the one with the number of the set.
+/// Number of header lines after the line with the number of the data set.
 const HEADER_LINES: usize = 11;
 
 /// Units code of data set 164 for SI.
 const UNITS_SI: i64 = 1;
 
-/// One data set 58.
+/// Data set 58: header and values.
 struct DataSet58 {
     header: UffHeader,
     values: UffValues,
     is_binary: bool,
 }
 
-/// Reads a UFF file whole.
+/// Reads a UFF file.
 ///
 /// Time responses become channels, those of equal abscissa in one group; frequency responses with their coherence and
 /// their nodes become responses; other functions of frequency become spectra.
 ///
 /// # Errors
-/// `broken-file` with the line, `empty-log` where no data set 58 holds values, `unknown-format` where the first line is
-/// not the mark `-1` or the floats are not those of IEEE 754.
+/// `broken-file` with the line, `empty-log` if no data set 58 holds values, `unknown-format` if the first line is
+/// not `-1` or the floats are not those of IEEE 754.
 pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
     let mut log = RawLog {
         path: path.to_string(),
@@ -85,7 +85,7 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
         };
         return Err(Error::new(
             Code::EmptyLog,
-            format!("the UFF file holds no data set 58 with values; it holds {held}"),
+            format!("the UFF file contains no data set 58 with values, only {held}"),
         )
         .with_hint("signals and frequency responses are in data sets 58: export these as well")
         .into());
@@ -98,9 +98,9 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
 #[derive(Default)]
 struct UffReader {
     data_sets: Vec<DataSet58>,
-    /// Number of times each other data set was passed over.
+    /// Number of skipped data sets by their type number.
     skipped: BTreeMap<i64, usize>,
-    /// Lines outside of any set.
+    /// Number of lines outside of any data set.
     stray_lines: usize,
     units_code: Option<i64>,
     /// Length unit of the coordinates, m.
@@ -131,7 +131,7 @@ impl UffReader {
                 cursor.skip_blank();
                 continue;
             }
-            // Marks may follow each other more often than they should.
+            // Delimiters may be repeated.
             cursor.skip_blank();
             if cursor.rest.is_empty() || is_delimiter(cursor.peek()) {
                 continue;
@@ -142,7 +142,7 @@ impl UffReader {
         Ok(())
     }
 
-    /// A data set from the line with its number to its closing mark.
+    /// Reads a data set from the line with its number to its closing delimiter.
     fn read_data_set(
         &mut self,
         cursor: &mut UffCursor<'_>,
@@ -184,7 +184,7 @@ impl UffReader {
         }
         let rest = &title[digits..];
         let binary = rest.starts_with(['b', 'B']);
-        let binary = binary.then(|| binary_title(rest)).transpose();
+        let binary = binary.then(|| parse_binary_title(rest)).transpose();
         let binary = binary.map_err(|(code, message)| Error {
             code,
             ..cursor.error(first_line, title, message)
@@ -213,7 +213,7 @@ impl UffReader {
         Ok(())
     }
 
-    /// Takes the closing mark; says where the header states another count than there is.
+    /// Reads the closing delimiter; warns if the header states another number of values than the data set holds.
     fn read_end_delimiter(
         &self,
         cursor: &mut UffCursor<'_>,
@@ -223,8 +223,8 @@ impl UffReader {
         log: &mut RawLog,
     ) -> Result<(), Error> {
         cursor.skip_blank();
-        let is_whole = values.re.len() == header.count;
-        if cursor.rest.is_empty() && !is_whole {
+        let is_complete = values.re.len() == header.count;
+        if cursor.rest.is_empty() && !is_complete {
             let message = format!(
                 "the data set 58 at line {first_line} states {} values and the file ends after {}",
                 header.count,
@@ -242,7 +242,7 @@ impl UffReader {
                 .error_here(message)
                 .with_hint("the file was cut off: copy it again"));
         }
-        // Rests of an older, longer file may be glued to the mark.
+        // Remains of an older, longer file may follow the delimiter on its line.
         if !cursor.rest.is_empty() && !cursor.peek().starts_with(b"-1") {
             return Err(cursor.error_here(format!(
                 "the mark -1 is missing here, after {} values",
@@ -250,11 +250,11 @@ impl UffReader {
             )));
         }
         cursor.next_line();
-        if !is_whole {
+        if !is_complete {
             log.diagnostics.push(Diagnostic {
                 code: "values-missing",
                 message: format!(
-                    "the data set 58 at line {first_line} states {} values and holds {}",
+                    "the data set 58 at line {first_line} states {} values but contains {}",
                     header.count,
                     values.re.len()
                 ),
@@ -266,33 +266,30 @@ impl UffReader {
 
     fn report_skipped(&self, log: &mut RawLog) {
         if !self.skipped.is_empty() {
-            let each = self
+            let counts = self
                 .skipped
                 .iter()
                 .map(|(number, times)| format!("{number} ({times} ×)"));
             log.repairs.push(Repair {
                 kind: "sets-skipped",
                 message: format!(
-                    "data sets other than 15, 58, 82 and 2411 passed over: {}",
-                    each.collect::<Vec<_>>().join(", ")
+                    "data sets other than 15, 58, 82 and 2411 skipped: {}",
+                    counts.collect::<Vec<_>>().join(", ")
                 ),
             });
         }
         if self.stray_lines > 0 {
             log.repairs.push(Repair {
                 kind: "lines-skipped",
-                message: format!(
-                    "{} lines outside of any data set passed over",
-                    self.stray_lines
-                ),
+                message: format!("{} lines outside of any data set skipped", self.stray_lines),
             });
         }
     }
 }
 
-/// Byte order, format of floats and bytes after `58`: `b     1     2          11      889600`.
-fn binary_title(rest: &str) -> Result<BinaryHeader, (Code, String)> {
-    let broken = |message: &str| Err((Code::CorruptFile, message.to_string()));
+/// Parses byte order, float format and number of bytes after `58`: `b     1     2          11      889600`.
+fn parse_binary_title(rest: &str) -> Result<BinaryHeader, (Code, String)> {
+    let error = |message: &str| Err((Code::CorruptFile, message.to_string()));
     let mut fields = rest[1..].split_whitespace().map(str::parse::<usize>);
     let mut field = || fields.next().and_then(Result::ok);
     let (order, floats, _lines, bytes) = (field(), field(), field(), field());
@@ -301,14 +298,14 @@ fn binary_title(rest: &str) -> Result<BinaryHeader, (Code, String)> {
         Some(1) => return Err(unsupported_float_format("DEC VMS")),
         Some(3) => return Err(unsupported_float_format("IBM 370")),
         _ => {
-            return broken("the format of floats is none of 1, 2 and 3");
+            return error("the format of floats is not 1, 2 or 3");
         }
     }
     let is_big_endian = match order {
         Some(1) => false,
         Some(2) => true,
         _ => {
-            return broken("the byte order is neither 1 (little) nor 2 (big)");
+            return error("the byte order is neither 1 (little) nor 2 (big)");
         }
     };
     Ok(BinaryHeader {
@@ -324,7 +321,7 @@ fn unsupported_float_format(machine: &str) -> (Code, String) {
     (Code::UnknownFormat, message)
 }
 
-/// A line of the header as text: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
+/// Decodes a header line: in the stated encoding, else as UTF-8 if valid, else as Windows-1252, a superset of Latin-1.
 fn decode(line: &[u8], options: &ReadOptions) -> String {
     let stated = options.dialect.encoding.as_deref();
     let stated = stated.and_then(|label| encoding_rs::Encoding::for_label(label.as_bytes()));

@@ -5,10 +5,10 @@ use super::codes;
 use super::header::{AxisRecord, DofLabel, UffHeader};
 use crate::recording::frequency_responses::ChannelLabel;
 
-/// Characters of an entity's name.
+/// Maximum length of an entity name, characters.
 const ENTITY_LEN: usize = 10;
 
-/// Names of the points of a file, distinguished where entities share one.
+/// Names of the points of a file; node and direction distinguish points that share an entity name.
 pub(super) struct PointNames {
     points: Vec<(DofLabel, String)>,
 }
@@ -21,31 +21,31 @@ impl PointNames {
                 .into_iter()
                 .enumerate()
             {
-                if !points.iter().any(|(known, _)| known == point) {
-                    points.push((point.clone(), base(header, point, end)));
+                if !points.iter().any(|(label, _)| label == point) {
+                    points.push((point.clone(), base_name(header, point, end)));
                 }
             }
         }
-        let shared = |name: &str| points.iter().filter(|(_, other)| other == name).count() > 1;
-        let told = points.iter().map(|(point, name)| {
+        let is_shared = |name: &str| points.iter().filter(|(_, other)| other == name).count() > 1;
+        let unique = points.iter().map(|(point, name)| {
             let place = point.text();
-            match shared(name) && !place.is_empty() && *name != place {
+            match is_shared(name) && !place.is_empty() && *name != place {
                 true => (point.clone(), format!("{name} {place}")),
                 false => (point.clone(), name.clone()),
             }
         });
         PointNames {
-            points: told.collect(),
+            points: unique.collect(),
         }
     }
 
-    /// The name of a point; empty where the file says nothing of it.
+    /// Name of a point; empty if the file states none.
     pub fn point_name(&self, point: &DofLabel) -> String {
-        let known = self.points.iter().find(|(other, _)| other == point);
-        known.map(|(_, name)| name.clone()).unwrap_or_default()
+        let entry = self.points.iter().find(|(label, _)| label == point);
+        entry.map(|(_, name)| name.clone()).unwrap_or_default()
     }
 
-    /// Name of the response channel: that of its point, else the label of its axis, else the first line of the header.
+    /// Name of the response channel: point name, else label of the ordinate axis, else first line of the header.
     pub fn response_name(&self, header: &UffHeader) -> String {
         let candidates = [
             self.point_name(&header.response),
@@ -58,7 +58,7 @@ impl PointNames {
             .unwrap_or_default()
     }
 
-    /// Excitation channel of a response; `None` where the file does not state it.
+    /// Excitation channel of a response; `None` if the file does not state it.
     pub fn input(&self, header: &UffHeader, is_si: bool) -> Option<ChannelLabel> {
         let (name, unit) = (
             self.point_name(&header.reference),
@@ -75,23 +75,23 @@ impl PointNames {
     }
 }
 
-/// The entity's name, else node and direction. A name that fills its columns was cut; the first line, `output` or
-/// `output / input`, may have it whole.
-fn base(header: &UffHeader, point: &DofLabel, end: usize) -> String {
+/// Entity name, else node and direction. A name that fills its columns may be truncated; the first line, `output` or
+/// `output / input`, may contain it in full.
+fn base_name(header: &UffHeader, point: &DofLabel, end: usize) -> String {
     if point.entity.is_empty() {
         return point.text();
     }
-    let whole = header.ids[0]
+    let full_name = header.ids[0]
         .split(" / ")
         .nth(end)
         .unwrap_or(&header.ids[0]);
-    match point.entity.chars().count() == ENTITY_LEN && whole.starts_with(&point.entity) {
-        true => whole.to_string(),
+    match point.entity.chars().count() == ENTITY_LEN && full_name.starts_with(&point.entity) {
+        true => full_name.to_string(),
         false => point.entity.clone(),
     }
 }
 
-/// The unit as written, else that of the type of data where the file is in SI.
+/// Unit as written, else the SI unit of the data type if the file is in SI.
 pub(super) fn axis_unit(axis: &AxisRecord, is_si: bool) -> String {
     match (axis.unit.is_empty(), is_si) {
         (false, _) => axis.unit.clone(),
@@ -100,17 +100,17 @@ pub(super) fn axis_unit(axis: &AxisRecord, is_si: bool) -> String {
     }
 }
 
-/// Unit of the response channel: that of the ordinate without `/input` where the file writes the whole quotient.
+/// Unit of the response channel: the ordinate unit, without `/input` if the file states the unit of the quotient.
 pub(super) fn response_unit(header: &UffHeader, is_si: bool) -> String {
-    let (whole, below) = (
+    let (ordinate_unit, input_unit) = (
         axis_unit(&header.ordinate, is_si),
         axis_unit(&header.denominator, is_si),
     );
-    let above = whole
-        .strip_suffix(&below)
+    let output_unit = ordinate_unit
+        .strip_suffix(&input_unit)
         .and_then(|rest| rest.strip_suffix('/'));
-    match (above, below.is_empty()) {
-        (Some(above), false) => above.to_string(),
-        _ => whole,
+    match (output_unit, input_unit.is_empty()) {
+        (Some(output_unit), false) => output_unit.to_string(),
+        _ => ordinate_unit,
     }
 }

@@ -5,32 +5,32 @@ use super::header::{OrdinateType, UffHeader};
 use crate::base::error::Error;
 use crate::recording::decimal;
 
-/// Numbers of a set: abscissa where it is uneven, ordinate, imaginary parts where it is complex.
+/// Values of a data set: abscissa if it is uneven, real part (or real ordinate), imaginary part if it is complex.
 #[derive(Debug, Default)]
 pub(super) struct UffValues {
     pub x: Vec<f64>,
     pub re: Vec<f64>,
     pub im: Vec<f64>,
-    /// Cells that hold an overflow word (`****`) or infinity.
+    /// Number of cells that hold an overflow mark (`****`) or infinity.
     pub overloads: usize,
 }
 
-/// Contents of the first line of a binary set.
+/// Fields of the first line of a binary data set.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BinaryHeader {
     pub is_big_endian: bool,
-    /// Bytes of numbers.
+    /// Stated length of the values, bytes.
     pub bytes: usize,
 }
 
 impl UffHeader {
-    /// Numbers of one value: abscissa, real, imaginary.
+    /// Number of floats in one value: abscissa, real and imaginary part.
     fn width(&self) -> usize {
-        usize::from(!self.is_even) + 1 + usize::from(self.ordinate_kind.is_complex)
+        usize::from(!self.is_uniform) + 1 + usize::from(self.ordinate_kind.is_complex)
     }
 }
 
-/// The numbers in `flat`, dealt out by value.
+/// Splits the numbers in `flat` into abscissa, real and imaginary parts.
 fn split_values(flat: &[f64], header: &UffHeader, overloads: usize) -> UffValues {
     let mut values = UffValues {
         overloads,
@@ -38,7 +38,7 @@ fn split_values(flat: &[f64], header: &UffHeader, overloads: usize) -> UffValues
     };
     for value in flat.chunks_exact(header.width()) {
         let mut value = value.iter().copied();
-        if !header.is_even {
+        if !header.is_uniform {
             values.x.extend(value.next());
         }
         values.re.extend(value.next());
@@ -47,55 +47,55 @@ fn split_values(flat: &[f64], header: &UffHeader, overloads: usize) -> UffValues
     values
 }
 
-/// Numbers written as text, up to the count of the header or the closing mark, whichever comes first.
+/// Reads numbers written as text, up to the count of the header or the closing delimiter, whichever comes first.
 pub(super) fn read_text(
     cursor: &mut UffCursor<'_>,
     header: &UffHeader,
 ) -> Result<UffValues, Error> {
-    let wanted = header.count.saturating_mul(header.width());
+    let number_count = header.count.saturating_mul(header.width());
     // A number takes two bytes at least, so that a wrong count allocates no more than the file justifies.
-    let mut flat = Vec::with_capacity(wanted.min(cursor.rest.len() / 2));
+    let mut flat = Vec::with_capacity(number_count.min(cursor.rest.len() / 2));
     let mut overloads = 0;
-    while flat.len() < wanted && !cursor.rest.is_empty() {
+    while flat.len() < number_count && !cursor.rest.is_empty() {
         let mut line = cursor.peek();
         if is_delimiter(line) {
             break;
         }
-        while flat.len() < wanted {
+        while flat.len() < number_count {
             line = line.trim_ascii_start();
             if line.is_empty() || is_delimiter(line) {
                 break;
             }
-            let (number, used) = number(line).ok_or_else(|| {
+            let (number, length) = number(line).ok_or_else(|| {
                 let cell = line.split(|b| b.is_ascii_whitespace()).next();
                 let cell = String::from_utf8_lossy(cell.unwrap_or_default());
                 let shown: String = cell.chars().take(24).collect();
                 cursor.error_here(format!("`{shown}` is not a number"))
             })?;
-            let is_abscissa = !header.is_even && flat.len() % header.width() == 0;
+            let is_abscissa = !header.is_uniform && flat.len() % header.width() == 0;
             if is_abscissa && !number.is_finite() {
                 return Err(cursor.error_here("the abscissa is not a finite number"));
             }
             let is_overload = line[0] == b'*' || number.is_infinite();
             overloads += usize::from(is_overload);
             flat.push(if is_overload { f64::NAN } else { number });
-            line = &line[used..];
+            line = &line[length..];
         }
-        // Zeros that fill up the last row do no harm; a mark may be glued to it.
-        let filling = |b: &u8| matches!(b, b'0' | b'.' | b'E' | b'e' | b'+' | b' ');
-        if flat.len() == wanted
+        // Zeros that pad the last row are ignored; the delimiter may follow without a line end.
+        let is_padding = |b: &u8| matches!(b, b'0' | b'.' | b'E' | b'e' | b'+' | b' ');
+        if flat.len() == number_count
             && !line.is_empty()
             && !is_delimiter(line)
-            && !line.iter().all(filling)
+            && !line.iter().all(is_padding)
         {
             return Err(cursor.error_here(format!(
                 "more numbers follow the {} values the header states",
                 header.count
             )));
         }
-        let glued = is_delimiter(line) && !line.is_empty();
-        if glued {
-            // The mark stays for the caller.
+        let is_attached = is_delimiter(line) && !line.is_empty();
+        if is_attached {
+            // The delimiter is left to the caller.
             let at = cursor.peek().len() - line.len();
             cursor.rest = &cursor.rest[at..];
             break;
@@ -105,15 +105,15 @@ pub(super) fn read_text(
     Ok(split_values(&flat, header, overloads))
 }
 
-/// The first number of a line and the bytes it takes; exponents may begin with `D`, or with their sign alone.
+/// First number of a line and its length, bytes; exponents may begin with `D`, or with their sign alone.
 fn number(line: &[u8]) -> Option<(f64, usize)> {
     let end = line.iter().position(u8::is_ascii_whitespace);
     let token = &line[..end.unwrap_or(line.len())];
     if token[0] == b'*' || token.contains(&b'#') {
         return Some((f64::NAN, token.len()));
     }
-    let (mut value, mut used) = decimal::parse_prefix(token, b'.')?;
-    let fortran = match &token[used..] {
+    let (mut value, mut parsed_length) = decimal::parse_prefix(token, b'.')?;
+    let fortran = match &token[parsed_length..] {
         [b'D' | b'd', exponent @ ..] => Some((exponent, 1)),
         exponent @ [b'+' | b'-', a, b, c, ..]
             if [a, b, c].iter().all(|d| d.is_ascii_digit()) && exponent.get(4) != Some(&b'.') =>
@@ -126,15 +126,15 @@ fn number(line: &[u8]) -> Option<(f64, usize)> {
         let sign = usize::from(matches!(exponent.first(), Some(b'+' | b'-')));
         let digits = exponent[sign..].iter().take_while(|d| d.is_ascii_digit());
         let length = sign + digits.count();
-        let mantissa = std::str::from_utf8(&token[..used]).ok()?;
+        let mantissa = std::str::from_utf8(&token[..parsed_length]).ok()?;
         let exponent = std::str::from_utf8(&exponent[..length]).ok()?;
         value = decimal::parse(format!("{mantissa}E{exponent}").as_bytes(), b'.')?;
-        used += mark + length;
+        parsed_length += mark + length;
     }
-    Some((value, used))
+    Some((value, parsed_length))
 }
 
-/// Numbers in bytes.
+/// Reads binary floats.
 pub(super) fn read_binary(
     cursor: &mut UffCursor<'_>,
     header: &UffHeader,
@@ -142,19 +142,19 @@ pub(super) fn read_binary(
 ) -> Result<UffValues, Error> {
     let OrdinateType { is_double, .. } = header.ordinate_kind;
     let size = if is_double { 8 } else { 4 };
-    let ordinates = header.width() - usize::from(!header.is_even);
+    let ordinates = header.width() - usize::from(!header.is_uniform);
     let per_value = |abscissa: usize| ordinates * size + abscissa;
-    let needs = |abscissa: usize| header.count.saturating_mul(per_value(abscissa));
-    // An uneven abscissa has the precision of the ordinate with most writers, and is single with some.
-    let abscissa = match (header.is_even, binary.bytes == needs(4)) {
+    let byte_count = |abscissa: usize| header.count.saturating_mul(per_value(abscissa));
+    // Most programs write an uneven abscissa in the precision of the ordinate, some in single precision.
+    let abscissa = match (header.is_uniform, binary.bytes == byte_count(4)) {
         (true, _) => 0,
         (false, true) => 4,
         (false, false) => size,
     };
-    let wanted = needs(abscissa);
+    let wanted = byte_count(abscissa);
     let Some((data, rest)) = cursor.rest.split_at_checked(wanted) else {
         let message = format!(
-            "the binary data set 58 needs {wanted} bytes for its {} values where {} are left",
+            "the binary data set 58 needs {wanted} bytes for its {} values, but {} remain",
             header.count,
             cursor.rest.len()
         );
@@ -178,13 +178,13 @@ pub(super) fn read_binary(
     Ok(values)
 }
 
-/// Floats of one kind, appended to `to`.
-fn decode(bytes: &[u8], is_double: bool, is_big_endian: bool, to: &mut Vec<f64>) {
+/// Decodes floats of one precision and byte order and appends them to `output`.
+fn decode(bytes: &[u8], is_double: bool, is_big_endian: bool, output: &mut Vec<f64>) {
     match (is_double, is_big_endian) {
-        (true, false) => to.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b))),
-        (true, true) => to.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_be_bytes(b))),
-        (false, is_big) => to.extend(bytes.as_chunks().0.iter().map(|&b| {
-            f64::from(if is_big {
+        (true, false) => output.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b))),
+        (true, true) => output.extend(bytes.as_chunks().0.iter().map(|&b| f64::from_be_bytes(b))),
+        (false, is_big_endian) => output.extend(bytes.as_chunks().0.iter().map(|&b| {
+            f64::from(if is_big_endian {
                 f32::from_be_bytes(b)
             } else {
                 f32::from_le_bytes(b)

@@ -1,9 +1,9 @@
-//! UFF 58 output, text or binary (58b), double precision: a data set per channel or response, after the geometry of the test.
+//! Writer of UFF 58, text or binary (58b), double precision: the test geometry, then one data set per channel or response.
 //!
-//! The format gives ten characters to a name and 13 columns to the abscissa. Whole names stand in the first line of the
-//! header, the rate with all its digits in the fourth, and what lies behind frequency responses (averages, window, the band worth
-//! fitting) in the second, fourth and fifth; this crate reads all of them again. Uniform lines are written as start and
-//! increment where those give the same lines back, else one by one: in bytes exactly, in text with seven digits.
+//! The format limits a name to ten characters and the abscissa to 13 columns. Therefore the first header line holds the full name
+//! and the fourth the rate with all digits; for frequency responses the fourth holds the averages and the window, the fifth the
+//! usable band and the second the independent lines per line. This crate reads them back. Uniform lines are written as start and
+//! increment if these reproduce the lines exactly, else value by value: exactly in binary, with seven digits in text.
 
 use std::io::{self, Write};
 
@@ -19,29 +19,29 @@ use crate::recording::uff::codes;
 /// Number format of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UffFormat {
-    /// As text, 13 digits.
+    /// Text, 13 significant digits.
     Text,
-    /// As bytes.
+    /// Binary, little-endian.
     Binary,
 }
 
-/// Digits after the point of an abscissa in 13 columns, and of a double in 20.
+/// Decimals of an abscissa in 13 columns, and of a double in 20 columns.
 const ABSCISSA_DIGITS: usize = 6;
 const DOUBLE_DIGITS: usize = 12;
 
-/// Characters of a line for people.
+/// Length of an identification line, characters.
 const ID_LINE_LEN: usize = 80;
 
-/// The abscissa of a set.
+/// Abscissa of a data set.
 #[derive(Clone, Copy)]
 enum AbscissaSpacing<'a> {
     /// Start and increment.
-    Even(f64, f64),
+    Uniform(f64, f64),
     /// Value by value.
-    Uneven(&'a [f64]),
+    Nonuniform(&'a [f64]),
 }
 
-/// The head of a set.
+/// Header of a data set.
 struct DataSetHeader<'a> {
     ids: [&'a str; 5],
     function: usize,
@@ -55,15 +55,15 @@ struct DataSetHeader<'a> {
     abscissa_type: i64,
 }
 
-/// Signals as time responses, with their points and directions.
+/// Writes a recording as time responses, with their points and directions.
 ///
 /// # Errors
-/// `conflict` where the record has gaps, for which an even abscissa has no place, or where a direction is along no axis;
-/// `output-failed`; those of reading a column.
+/// `conflict` if the recording has gaps, which a uniform abscissa cannot represent, or if a direction is not along an axis;
+/// `output-failed`; errors of reading a column.
 pub fn write_recording(
     recording: &Recording,
     geometry: &Geometry,
-    form: UffFormat,
+    format: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
     if recording.segments.len() > 1 {
@@ -74,10 +74,10 @@ pub fn write_recording(
         return Err(Error::new(Code::Conflict, message)
             .with_hint("bridge them: --fill-gaps; take a part: --after, --before; or write CSV"));
     }
-    let long = |c: &&Channel| c.name.chars().count() > ID_LINE_LEN;
-    if let Some(channel) = recording.channels.iter().find(long) {
+    let is_too_long = |c: &&Channel| c.name.chars().count() > ID_LINE_LEN;
+    if let Some(channel) = recording.channels.iter().find(is_too_long) {
         let message = format!(
-            "UFF 58 gives {ID_LINE_LEN} characters to a name: {}",
+            "UFF 58 allows {ID_LINE_LEN} characters for a name: {}",
             channel.name
         );
         return Err(Error::new(Code::Conflict, message)
@@ -100,11 +100,11 @@ pub fn write_recording(
             places: [node_and_direction(geometry, &channel.name)?, (0, 0)],
             is_complex: false,
             count: recording.samples,
-            abscissa: AbscissaSpacing::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
+            abscissa: AbscissaSpacing::Uniform(recording.time_s(0, 0), recording.rate_hz.recip()),
             abscissa_type: codes::TIME,
         };
-        head.write(form, to).map_err(output_error)?;
-        let mut values = ValueWriter::new(form, to);
+        head.write(format, to).map_err(output_error)?;
+        let mut values = ValueWriter::new(format, to);
         for_each_block(channel, recording.samples, |block| {
             block
                 .iter()
@@ -115,28 +115,28 @@ pub fn write_recording(
     Ok(())
 }
 
-/// Frequency responses with their points and directions, each followed by its coherence where there is one.
+/// Writes frequency responses with their points and directions, each followed by its coherence, if any.
 ///
 /// # Errors
-/// `conflict` where a direction is along no axis; `output-failed`.
+/// `conflict` if a direction is not along an axis; `output-failed`.
 pub fn write_responses(
     responses: &FrequencyResponses,
     geometry: &Geometry,
-    form: UffFormat,
+    format: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
     let lines = &responses.frequency_hz;
-    let abscissa = even_abscissa(lines).unwrap_or(AbscissaSpacing::Uneven(lines));
-    let said = |pair: Option<(f64, f64)>, [before, between, after]: [&str; 3]| {
+    let abscissa = uniform_abscissa(lines).unwrap_or(AbscissaSpacing::Nonuniform(lines));
+    let pair_text = |pair: Option<(f64, f64)>, [before, between, after]: [&str; 3]| {
         pair.map_or(String::new(), |(a, b)| {
             format!("{before}{a:?}{between}{b:?}{after}")
         })
     };
-    let behind = responses.averages.map(|n| (n, responses.window_decay));
-    let facts = [
-        said(behind, codes::AVERAGES_LINE),
-        said(responses.usable_band_hz, codes::USABLE_LINE),
-        said(
+    let averaging = responses.averages.map(|n| (n, responses.window_decay));
+    let id_lines = [
+        pair_text(averaging, codes::AVERAGES_LINE),
+        pair_text(responses.usable_band_hz, codes::USABLE_LINE),
+        pair_text(
             responses
                 .independent_lines_per_line
                 .map(|share| (share, 1.0)),
@@ -149,7 +149,7 @@ pub fn write_responses(
         let places = [&function.output.name, input].map(|name| node_and_direction(geometry, name));
         let [output, input] = places;
         let lines = (abscissa, &lines[..]);
-        write_data_set(function, [output?, input?], lines, &facts, form, to)
+        write_data_set(function, [output?, input?], lines, &id_lines, format, to)
             .map_err(output_error)?;
     }
     Ok(())
@@ -159,8 +159,8 @@ fn write_data_set(
     function: &FrequencyResponse,
     places: [(i32, i32); 2],
     (abscissa, lines): (AbscissaSpacing<'_>, &[f64]),
-    facts: &[String; 3],
-    form: UffFormat,
+    id_lines: &[String; 3],
+    format: UffFormat,
     to: &mut impl Write,
 ) -> io::Result<()> {
     let output = &function.output;
@@ -169,7 +169,7 @@ fn write_data_set(
         None => output.name.clone(),
     };
     let head = DataSetHeader {
-        ids: [&name, &facts[2], "", &facts[0], &facts[1]],
+        ids: [&name, &id_lines[2], "", &id_lines[0], &id_lines[1]],
         function: codes::FREQUENCY_RESPONSE,
         output,
         input: function.input.as_ref(),
@@ -179,16 +179,16 @@ fn write_data_set(
         abscissa,
         abscissa_type: codes::FREQUENCY,
     };
-    let is_uneven = matches!(abscissa, AbscissaSpacing::Uneven(_));
-    head.write(form, to)?;
-    let mut values = ValueWriter::new(form, to);
+    let is_nonuniform = matches!(abscissa, AbscissaSpacing::Nonuniform(_));
+    head.write(format, to)?;
+    let mut values = ValueWriter::new(format, to);
     for (line, value) in lines.iter().zip(&function.values) {
-        if is_uneven {
-            values.put_abscissa(*line)?;
+        if is_nonuniform {
+            values.write_abscissa(*line)?;
         }
         values.write_value(value.re)?;
         values.write_value(value.im)?;
-        values.end_uneven(is_uneven)?;
+        values.end_value(is_nonuniform)?;
     }
     values.end()?;
     let Some(coherence) = &function.coherence else {
@@ -206,20 +206,20 @@ fn write_data_set(
         is_complex: false,
         ..head
     };
-    head.write(form, to)?;
-    let mut values = ValueWriter::new(form, to);
+    head.write(format, to)?;
+    let mut values = ValueWriter::new(format, to);
     for (line, value) in lines.iter().zip(coherence) {
-        if is_uneven {
-            values.put_abscissa(*line)?;
+        if is_nonuniform {
+            values.write_abscissa(*line)?;
         }
         values.write_value(*value)?;
-        values.end_uneven(is_uneven)?;
+        values.end_value(is_nonuniform)?;
     }
     values.end()
 }
 
-/// Start and increment of lines, where as written in the header they give the same bits back.
-fn even_abscissa(lines: &[f64]) -> Option<AbscissaSpacing<'static>> {
+/// Start and increment of lines, if their values as written in the header reproduce the lines bit by bit.
+fn uniform_abscissa(lines: &[f64]) -> Option<AbscissaSpacing<'static>> {
     let (&start, &last) = (lines.first()?, lines.last()?);
     let step = match lines.len() {
         1 => 1.0,
@@ -227,16 +227,16 @@ fn even_abscissa(lines: &[f64]) -> Option<AbscissaSpacing<'static>> {
     };
     let written = |value: f64| format_exponent(value, ABSCISSA_DIGITS).parse::<f64>().ok();
     let (start, step) = (written(start)?, written(step)?);
-    let mut all = lines.iter().enumerate();
-    let same = all.all(|(k, &line)| start + k as f64 * step == line);
-    same.then_some(AbscissaSpacing::Even(start, step))
+    let mut numbered_lines = lines.iter().enumerate();
+    let is_exact = numbered_lines.all(|(k, &line)| start + k as f64 * step == line);
+    is_exact.then_some(AbscissaSpacing::Uniform(start, step))
 }
 
 impl DataSetHeader<'_> {
-    /// The opening mark, the number of the set and the eleven lines of its header.
+    /// Writes the opening delimiter, the number of the data set and the eleven lines of its header.
     fn write(&self, format: UffFormat, to: &mut impl Write) -> io::Result<()> {
-        let is_even = matches!(self.abscissa, AbscissaSpacing::Even(..));
-        let per_value = usize::from(!is_even) + 1 + usize::from(self.is_complex);
+        let is_uniform = matches!(self.abscissa, AbscissaSpacing::Uniform(..));
+        let per_value = usize::from(!is_uniform) + 1 + usize::from(self.is_complex);
         writeln!(to, "    -1")?;
         match format {
             UffFormat::Text => writeln!(to, "    58")?,
@@ -273,15 +273,15 @@ impl DataSetHeader<'_> {
             self.places[1].1
         )?;
         let (start, step) = match self.abscissa {
-            AbscissaSpacing::Even(start, step) => (start, step),
-            AbscissaSpacing::Uneven(lines) => (lines.first().copied().unwrap_or(0.0), 0.0),
+            AbscissaSpacing::Uniform(start, step) => (start, step),
+            AbscissaSpacing::Nonuniform(lines) => (lines.first().copied().unwrap_or(0.0), 0.0),
         };
         writeln!(
             to,
             "{:10}{:10}{:10}{:>13}{:>13}{:>13}",
             if self.is_complex { 6 } else { 4 },
             self.count,
-            u8::from(is_even),
+            u8::from(is_uniform),
             format_exponent(start, ABSCISSA_DIGITS),
             format_exponent(step, ABSCISSA_DIGITS),
             format_exponent(0.0, ABSCISSA_DIGITS)
@@ -312,7 +312,7 @@ fn axis(to: &mut impl Write, data_type: i64, label: &str, unit: &str) -> io::Res
     )
 }
 
-/// Text without line breaks, `NONE` where there is none, cut to its field.
+/// Text without control characters, cut to its field; `NONE` if it is empty.
 fn field_text(text: &str, width: usize) -> String {
     let line = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     match text.trim().is_empty() {
@@ -321,7 +321,7 @@ fn field_text(text: &str, width: usize) -> String {
     }
 }
 
-/// Numbers one after the other, four to a row of text.
+/// Writer of the values of a data set, four to a row of text.
 struct ValueWriter<'a, W: Write> {
     format: UffFormat,
     to: &'a mut W,
@@ -344,35 +344,35 @@ impl<'a, W: Write> ValueWriter<'a, W> {
         }
         self.in_row += 1;
         match self.in_row {
-            4 => self.new_row(),
+            4 => self.end_row(),
             _ => Ok(()),
         }
     }
 
-    fn put_abscissa(&mut self, value: f64) -> io::Result<()> {
+    fn write_abscissa(&mut self, value: f64) -> io::Result<()> {
         match self.format {
             UffFormat::Binary => self.to.write_all(&value.to_le_bytes()),
             UffFormat::Text => write!(self.to, "{:>13}", format_exponent(value, ABSCISSA_DIGITS)),
         }
     }
 
-    /// Ends the row of a value of an uneven abscissa: complex ones have a row each, real ones share it by two.
-    fn end_uneven(&mut self, is_uneven: bool) -> io::Result<()> {
-        match self.format == UffFormat::Text && is_uneven && self.in_row == 2 {
-            true => self.new_row(),
+    /// Ends the row after a value of a nonuniform abscissa: one complex value or two real values per row.
+    fn end_value(&mut self, is_nonuniform: bool) -> io::Result<()> {
+        match self.format == UffFormat::Text && is_nonuniform && self.in_row == 2 {
+            true => self.end_row(),
             false => Ok(()),
         }
     }
 
-    fn new_row(&mut self) -> io::Result<()> {
+    fn end_row(&mut self) -> io::Result<()> {
         self.in_row = 0;
         writeln!(self.to)
     }
 
-    /// Ends the last row and the set.
+    /// Ends the last row and the data set.
     fn end(mut self) -> io::Result<()> {
         if self.in_row > 0 {
-            self.new_row()?;
+            self.end_row()?;
         }
         writeln!(self.to, "    -1")
     }

@@ -42,7 +42,7 @@ pub(super) fn node_and_direction(geometry: &Geometry, channel: &str) -> Result<(
             "channel {channel} points between the axes, and a data set 58 takes the axes alone"
         );
         Error::new(Code::Conflict, message)
-            .with_hint("turn the axes of the geometry, or write JSON or CSV")
+            .with_hint("rotate the axes of the geometry, or write JSON or CSV")
     })?;
     Ok((node_numbers(geometry)[point], code))
 }

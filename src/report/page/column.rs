@@ -1,4 +1,4 @@
-//! Long lists of numbers of a page: differences of their bit patterns, bytes ordered by significance, deflated, as text.
+//! Compression of long number lists of a page: differences of the bit patterns, bytes ordered by significance, deflated, base 64.
 
 use std::io::Write;
 
@@ -10,19 +10,19 @@ use serde_json::{Value, json};
 
 use crate::numeric::statistics::extremes;
 
-/// Lists shorter than this stay numbers of the JSON document.
-const SHORT: usize = 256;
+/// Shortest list that is packed; shorter ones remain numbers in the JSON document.
+const MIN_LEN: usize = 256;
 
-/// Texts shorter than this stay as they are, bytes.
-const SHORT_TEXT: usize = 2048;
+/// Shortest text that is packed, bytes.
+const MIN_TEXT: usize = 2048;
 
-/// Deviation of an even grid from its numbers, relative to its span.
-const EVEN: f64 = 1e-13;
+/// Tolerance of an even grid, relative to its span.
+const GRID_TOLERANCE: f64 = 1e-13;
 
-/// Largest rounding to single precision, as a share of the range of the values: far below a pixel.
-const SINGLE: f64 = 1e-6;
+/// Tolerance of single precision, relative to the range of the values; far below a pixel.
+const TOLERANCE: f64 = 1e-6;
 
-/// The packed columns of a page.
+/// Packed columns and texts of a page.
 #[derive(Debug, Default)]
 pub struct Columns {
     packed: Vec<(Vec<f64>, String)>,
@@ -30,17 +30,17 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// A list as it is written in the JSON document: numbers, an even grid, or a reference to a column.
+    /// JSON value of a list: numbers, an even grid, or a reference to a packed column.
     pub fn value(&mut self, values: &[f64]) -> Value {
-        if values.len() < SHORT {
+        if values.len() < MIN_LEN {
             return json!(values);
         }
         if let Some([first, last]) = even_grid(values) {
             return json!({ "grid": [first, last, values.len()] });
         }
-        let same = |known: &(Vec<f64>, String)| {
+        let same = |column: &(Vec<f64>, String)| {
             let bits = |v: &f64| v.to_bits();
-            known.0.len() == values.len() && known.0.iter().map(bits).eq(values.iter().map(bits))
+            column.0.len() == values.len() && column.0.iter().map(bits).eq(values.iter().map(bits))
         };
         let index = match self.packed.iter().position(same) {
             Some(index) => index,
@@ -52,16 +52,16 @@ impl Columns {
         json!({ "column": index, "single": fits_single(values), "length": values.len() })
     }
 
-    /// A text as it is written in the JSON document: itself, or a reference to a packed one.
+    /// JSON value of a text: the text, or a reference to a packed text.
     pub fn text(&mut self, text: &str) -> Value {
-        if text.len() < SHORT_TEXT {
+        if text.len() < MIN_TEXT {
             return json!(text);
         }
         self.texts.push(STANDARD.encode(deflate(text.as_bytes())));
         json!({ "text": self.texts.len() - 1 })
     }
 
-    /// A document with its long lists of numbers packed.
+    /// Packs the long number lists of a document.
     pub fn pack(&mut self, document: &Value) -> Value {
         match document {
             Value::Array(list) => match numbers(list) {
@@ -76,7 +76,7 @@ impl Columns {
         }
     }
 
-    /// The elements of the page that hold the columns.
+    /// HTML elements of the packed columns and texts.
     pub fn elements(&self) -> String {
         let element = |(id, index, text): (&str, usize, &String)| {
             format!("<script type=\"text/plain\" id=\"{id}{index}\">{text}</script>\n")
@@ -89,7 +89,7 @@ impl Columns {
     }
 }
 
-/// The values of a long list of nothing but numbers; missing ones become NaN.
+/// Values of a long list of numbers, null as NaN; `None` for a short or mixed list.
 fn numbers(list: &[Value]) -> Option<Vec<f64>> {
     let value = |v: &Value| {
         if v.is_null() {
@@ -99,33 +99,33 @@ fn numbers(list: &[Value]) -> Option<Vec<f64>> {
         }
     };
     let values = || list.iter().map(value).collect();
-    if list.len() < SHORT { None } else { values() }
+    if list.len() < MIN_LEN { None } else { values() }
 }
 
-/// First and last value of an evenly rising list.
+/// First and last value of an evenly rising list; `None` otherwise.
 fn even_grid(values: &[f64]) -> Option<[f64; 2]> {
     let (first, last) = (*values.first()?, *values.last()?);
     let (span, count) = (last - first, values.len() - 1);
     let is_even = |(i, v): (usize, &f64)| {
         let expected = first + span * i as f64 / count as f64;
-        (v - expected).abs() <= EVEN * span.max(first.abs())
+        (v - expected).abs() <= GRID_TOLERANCE * span.max(first.abs())
     };
     (span > 0.0 && values.iter().enumerate().all(is_even)).then_some([first, last])
 }
 
-/// Single precision keeps every value to a share of their range that no picture shows.
+/// Whether single precision represents every value to `TOLERANCE` of their range.
 fn fits_single(values: &[f64]) -> bool {
-    let known = || values.iter().filter(|v| v.is_finite());
-    let (low, high) = extremes(known().copied());
-    let least = known().fold(f64::INFINITY, |m, v| if *v > 0.0 { m.min(*v) } else { m });
-    let limit = SINGLE * (high - low);
-    // On a logarithmic axis the smallest value counts as much; below the least normal number digits are lost.
-    let is_small = least < f64::from(f32::MIN_POSITIVE);
-    !is_small && known().all(|&v| (f64::from(v as f32) - v).abs() <= limit)
+    let finite = || values.iter().filter(|v| v.is_finite());
+    let (low, high) = extremes(finite().copied());
+    let smallest = finite().fold(f64::INFINITY, |m, v| if *v > 0.0 { m.min(*v) } else { m });
+    let limit = TOLERANCE * (high - low);
+    // A logarithmic axis shows the smallest values too; subnormal single-precision numbers lose digits.
+    let is_small = smallest < f64::from(f32::MIN_POSITIVE);
+    !is_small && finite().all(|&v| (f64::from(v as f32) - v).abs() <= limit)
 }
 
-/// The difference of the bit pattern of each value to the one before, which is small where values vary slowly: of all differences the first
-/// bytes, the second bytes and so on; deflated, in base 64.
+/// Packs values: differences of successive bit patterns, small for slowly varying values, their bytes grouped by significance, deflated,
+/// base 64.
 fn pack(values: &[f64]) -> String {
     let (size, bits): (usize, Vec<u64>) = match fits_single(values) {
         true => (
@@ -137,9 +137,9 @@ fn pack(values: &[f64]) -> String {
         ),
         false => (8, values.iter().map(|v| v.to_bits()).collect()),
     };
-    let before = std::iter::once(&0).chain(&bits);
-    let differences: Vec<u64> = (bits.iter().zip(before))
-        .map(|(now, before)| now.wrapping_sub(*before))
+    let previous = std::iter::once(&0).chain(&bits);
+    let differences: Vec<u64> = (bits.iter().zip(previous))
+        .map(|(current, previous)| current.wrapping_sub(*previous))
         .collect();
     let shuffled: Vec<u8> = (0..size)
         .flat_map(|k| differences.iter().map(move |d| d.to_le_bytes()[k]))
@@ -149,7 +149,7 @@ fn pack(values: &[f64]) -> String {
 
 fn deflate(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-    // A list of bytes takes everything.
+    // Writing to a vector cannot fail.
     let _ = encoder.write_all(bytes);
     encoder.finish().unwrap_or_default()
 }
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use std::io::Read;
 
-    /// Values of a column as the page reads them.
+    /// Unpacks a column as the script of the page does.
     fn unpack(text: &str, single: bool, count: usize) -> Vec<f64> {
         let mut bytes = Vec::new();
         let packed = STANDARD.decode(text).unwrap();
@@ -190,7 +190,7 @@ mod tests {
         assert!(columns.elements().is_empty());
     }
 
-    /// Small motion about a large mean keeps its digits; equal lists are stored once; what is not finite stays so.
+    /// Packing preserves small oscillations about a large mean and non-finite values, and stores equal lists once.
     #[test]
     fn law_values_survive_packing() {
         let wave = |mean: f64, size: f64| -> Vec<f64> {
@@ -206,11 +206,11 @@ mod tests {
             assert_eq!(columns.value(&values)["column"], value["column"]);
             assert_eq!(columns.packed.len(), 1);
             let single = value["single"].as_bool().unwrap();
-            let found = unpack(&columns.packed[0].1, single, values.len());
-            assert!(found[7].is_nan());
-            let off = found.iter().zip(&values).filter(|p| !p.1.is_nan());
-            let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(off <= 2.0 * SINGLE * size, "{mean} {size}: {off}");
+            let unpacked = unpack(&columns.packed[0].1, single, values.len());
+            assert!(unpacked[7].is_nan());
+            let error = unpacked.iter().zip(&values).filter(|p| !p.1.is_nan());
+            let error = error.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(error <= 2.0 * TOLERANCE * size, "{mean} {size}: {error}");
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::base::error::Diagnostic;
 
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
-/// Scripts that share one scope, in the order of their dependence.
+/// Scripts that share one scope, in dependency order.
 const SCRIPTS: [&str; 5] = [
     include_str!("base.js"),
     include_str!("columns.js"),
@@ -33,7 +33,7 @@ const PLOT_STYLE: &str = include_str!("vendor/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot.iife.min.js");
 const PLOT_LICENCE: &str = include_str!("vendor/LICENSE");
 
-/// A result on a page.
+/// Section of a page: one result with its warnings, figures and table.
 #[derive(Debug, Clone)]
 pub struct Section {
     heading: String,
@@ -46,31 +46,31 @@ pub struct Section {
     csv: String,
 }
 
-/// Abscissa of the plots that the script gives a button for their spectrum.
+/// Abscissa label of the plots for which the script offers a spectrum.
 const TIME: &str = "time, s";
 
-/// Largest table that a page holds, bytes: longer ones belong in a file of their own.
+/// Maximum size of a CSV table in a page, bytes; larger tables are omitted.
 const MAX_TABLE: usize = 1 << 19;
 
 impl Section {
-    /// A result with its figures under a heading.
+    /// Section for a result with its figures, under a heading.
     pub fn new(heading: &str, result: &dyn Presentation, figures: Vec<Figure>) -> Section {
-        let about = result.provenance();
-        let repairs = about.repairs.unwrap_or_default().iter();
+        let provenance = result.provenance();
+        let repairs = provenance.repairs.unwrap_or_default().iter();
         let repairs: String = repairs
             .map(|r| format!("{}: {}\n", r.kind, r.message))
             .collect();
-        let early = result.interruption().unwrap_or_default();
+        let interruption = result.interruption().unwrap_or_default();
         let csv = result.table().csv();
         let views = result.views();
-        let replaced = |f: &Figure| views.iter().any(|v| v.replaces.contains(&f.suffix));
-        let figures = figures.into_iter().filter(|f| !replaced(f)).collect();
+        let is_replaced = |f: &Figure| views.iter().any(|v| v.replaces.contains(&f.suffix));
+        let figures = figures.into_iter().filter(|f| !is_replaced(f)).collect();
         Section {
             heading: heading.to_string(),
-            title: about.title.to_string(),
+            title: provenance.title.to_string(),
             text: result.text(),
-            notes: repairs + &result.notes() + &early,
-            warnings: about.warnings.to_vec(),
+            notes: repairs + &result.notes() + &interruption,
+            warnings: provenance.warnings.to_vec(),
             views,
             figures,
             csv: if csv.len() <= MAX_TABLE {
@@ -81,18 +81,18 @@ impl Section {
         }
     }
 
-    /// The title of its scene, else of its first figure with one, else the first line of its text.
+    /// Title of the scene, else of the first figure with a title, else the first line of the text.
     pub fn title(&self) -> &str {
         let figures = self.figures.iter().map(|figure| match &figure.content {
             FigureContent::Plots(plots) => plots.title.as_str(),
             FigureContent::Drawing(_) => "",
         });
-        let mut all = std::iter::once(self.title.as_str()).chain(figures);
+        let mut titles = std::iter::once(self.title.as_str()).chain(figures);
         let first_line = self.text.lines().next().unwrap_or(&self.heading);
-        all.find(|t| !t.is_empty()).unwrap_or(first_line)
+        titles.find(|t| !t.is_empty()).unwrap_or(first_line)
     }
 
-    /// Whether a plot has a spectrum.
+    /// Whether a plot is over time, so that a spectrum is offered.
     fn is_over_time(&self) -> bool {
         let over_time = |figure: &Figure| match &figure.content {
             FigureContent::Plots(plots) => plots.plots.iter().any(|p| p.x.label == TIME),
@@ -123,7 +123,7 @@ impl Section {
     }
 }
 
-/// The page of results, with the title of the machine or log and the command that makes it again.
+/// HTML page of results, with the title of the machine or log and the command that reproduces it.
 pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     let mut columns = Columns::default();
     let kinds: BTreeSet<ViewKind> = (sections.iter().flat_map(|s| &s.views))
@@ -134,7 +134,7 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     let version = env!("CARGO_PKG_VERSION");
     let data =
         json!({ "title": title, "command": command, "version": version, "sections": sections });
-    // No text of the data can end its element.
+    // No text in the data can close the script element.
     let data = data.to_string().replace('<', "\\u003c");
     let parts = [
         ("{{title}}", escape(title)),
@@ -152,12 +152,12 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     fill(TEMPLATE, &parts)
 }
 
-/// Scripts in one scope of their own.
+/// Wraps scripts in one function scope.
 fn in_one_scope(scripts: &[&str]) -> String {
     format!("\"use strict\";\n(() => {{\n{}}})();\n", scripts.concat())
 }
 
-/// The script of the views of a kind.
+/// Script for the views of one kind.
 fn kind_script(kind: ViewKind) -> &'static str {
     match kind {
         ViewKind::Modes => include_str!("kinds/modes.js"),
@@ -168,9 +168,9 @@ fn kind_script(kind: ViewKind) -> &'static str {
     }
 }
 
-/// The elements with the scripts of the spectrum and of the kinds of views of a page.
+/// Script elements for the spectrum and for the kinds of views of a page.
 fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
-    // What several kinds share, before the kinds themselves.
+    // Scripts shared by several kinds come before those of the kinds.
     let any = |of: &[ViewKind], script| of.iter().any(|k| kinds.contains(k)).then_some(script);
     let shared = [
         over_time.then_some(SPECTRUM_SCRIPT),
@@ -178,12 +178,12 @@ fn kind_scripts(kinds: &BTreeSet<ViewKind>, over_time: bool) -> String {
         any(&[ViewKind::Modes, ViewKind::Points], MODE_VIEW_SCRIPT),
         any(&[ViewKind::Pair, ViewKind::Surface], SPACE_SCRIPT),
     ];
-    let all = (shared.into_iter().flatten()).chain(kinds.iter().map(|k| kind_script(*k)));
-    all.map(|script| format!("<script>\n{}</script>\n", compact::script(script)))
+    let list = (shared.into_iter().flatten()).chain(kinds.iter().map(|k| kind_script(*k)));
+    list.map(|script| format!("<script>\n{}</script>\n", compact::script(script)))
         .collect()
 }
 
-/// A template with its marks replaced in one pass: what is inserted holds no marks.
+/// Replaces the placeholders of a template in one pass; inserted text is not searched for placeholders.
 fn fill(template: &str, parts: &[(&str, String)]) -> String {
     let mut page = String::new();
     let mut rest = template;
@@ -206,15 +206,15 @@ fn fill(template: &str, parts: &[(&str, String)]) -> String {
 
 /// Escapes a text for HTML.
 fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
+    let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            c => safe.push(c),
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            c => escaped.push(c),
         }
     }
-    safe
+    escaped
 }

@@ -26,7 +26,7 @@ impl LinearPart {
         let active: Vec<NonlinearElement> = (0..model.elements.len())
             .filter_map(|branch| linear_substitute(model, branch))
             .collect();
-        let (mut damping, mut stiffness) = match &model.unattached {
+        let (mut damping, mut stiffness) = match &model.global_matrices {
             Some((k, c)) => (c.clone(), k.clone()),
             None => (Matrix::zeros(n, n), Matrix::zeros(n, n)),
         };
@@ -40,8 +40,8 @@ impl LinearPart {
                 terms.push(HarmonicForce {
                     order,
                     column: column.clone(),
-                    plain: value,
-                    by_rate: ZERO,
+                    constant: value,
+                    rate: ZERO,
                 });
             }
         }
@@ -101,29 +101,29 @@ impl LinearPart {
                 terms.push(HarmonicForce {
                     order: 0,
                     column: acts.clone(),
-                    plain: Complex::new(-steady, 0.0),
-                    by_rate: ZERO,
+                    constant: Complex::new(-steady, 0.0),
+                    rate: ZERO,
                 });
             }
             if own.is_none() && family.rates[at] != 0.0 && matches!(b.law, ForceLaw::Linear { .. })
             {
-                let by_rate = Complex::new(-c * family.rates[at] / family.base, 0.0);
+                let rate = Complex::new(-c * family.rates[at] / family.base, 0.0);
                 terms.push(HarmonicForce {
                     order: 0,
                     column: acts.clone(),
-                    plain: ZERO,
-                    by_rate,
+                    constant: ZERO,
+                    rate,
                 });
             }
             if let Some(e) = &b.imposed_displacement {
                 let lines = fourier_coefficients(e, family.base);
                 for &(order, value) in &lines {
-                    let by_rate = if order == 0 { ZERO } else { value * c };
+                    let rate = if order == 0 { ZERO } else { value * c };
                     terms.push(HarmonicForce {
                         order,
                         column: acts.clone(),
-                        plain: value * k,
-                        by_rate,
+                        constant: value * k,
+                        rate,
                     });
                 }
                 if let Some(own) = own {

@@ -293,7 +293,6 @@ impl<'a> HarmonicBalance<'a> {
 }
 
 fn divergence_error(omega: f64) -> Error {
-    let message = format!("Newton's method did not settle at {omega:.6e} rad/s");
-    Error::new(Code::NoConvergence, message)
-        .with_hint("begin the range elsewhere, where the motion is gentler")
+    let message = format!("Newton's method did not converge at {omega:.6e} rad/s");
+    Error::new(Code::NoConvergence, message).with_hint("start the range at a less nonlinear speed")
 }

@@ -6,100 +6,101 @@ use crate::motion::floquet::MULTIPLIER_TOLERANCE;
 use crate::motion::floquet::fold::{FoldOptions, find_fold};
 use crate::motion::floquet::orbit::PeriodicOrbit;
 
-/// Kinds of bifurcations of periodic solutions.
+/// Kind of bifurcation of a periodic solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BifurcationKind {
-    /// The curve turns back: a saddle-node.
+    /// Saddle-node: the curve turns back in frequency.
     Fold,
-    /// A multiplier passes −1.
+    /// A Floquet multiplier passes −1.
     PeriodDoubling,
-    /// A pair of multipliers passes the unit circle.
+    /// A complex pair of multipliers crosses the unit circle.
     NeimarkSacker,
-    /// A multiplier passes +1, and the curve goes on: another family of motions branches off.
+    /// A multiplier passes +1 without a fold: another family of periodic solutions branches off.
     BranchPoint,
 }
 
-/// A special place of the curve.
+/// A bifurcation on the solution curve.
 #[derive(Debug, Clone)]
 pub struct Bifurcation {
     /// Kind of the bifurcation.
     pub kind: BifurcationKind,
-    /// The number of the point before it.
+    /// Index of the curve point before it.
     pub after: usize,
-    /// The motion there.
+    /// Periodic solution at the bifurcation.
     pub point: PeriodicSolution,
 }
 
-/// Bisections of a step: eight digits of the largest step.
+/// Maximum number of bisections of a step.
 const MAX_BISECTIONS: usize = 30;
 
-/// Fold tolerance relative to the frequency: a fold by events further from the fold of the balance is another.
+/// Fold tolerance relative to the frequency: a fold by shooting farther from that of the harmonic balance is another fold.
 const FOLD_TOLERANCE: f64 = 0.02;
 
-/// All folds.
+/// Folds of the solution curve.
 pub(super) fn find_folds(
-    follower: &Continuation,
+    curve: &Continuation,
     points: &[PeriodicSolution],
-    places: &[CurvePoint],
+    curve_points: &[CurvePoint],
     steps: &[f64],
 ) -> Vec<Bifurcation> {
-    let mut found = Vec::new();
+    let mut folds = Vec::new();
     for after in 0..points.len().saturating_sub(1).min(steps.len()) {
-        if points[after].sense * points[after + 1].sense >= 0.0 {
+        if points[after].frequency_tangent * points[after + 1].frequency_tangent >= 0.0 {
             continue;
         }
-        let turned =
-            |span: &CurvePoint| span.tangent[span.tangent.len() - 1] * points[after].sense < 0.0;
-        let span = bisect_step(follower, &places[after], steps[after], &turned);
-        let Ok(mut at) = periodic_solution(
-            &mut follower.balance(span.orders),
-            &span.x,
-            &span.tangent,
-            &follower.options,
+        let is_past = |point: &CurvePoint| {
+            point.tangent[point.tangent.len() - 1] * points[after].frequency_tangent < 0.0
+        };
+        let point = bisect_step(curve, &curve_points[after], steps[after], &is_past);
+        let Ok(mut solution) = periodic_solution(
+            &mut curve.balance(point.orders),
+            &point.x,
+            &point.tangent,
+            &curve.options,
         ) else {
             continue;
         };
-        if follower.options.events
-            && let Some((omega, orbit)) = refine_fold(follower, points, after, at.omega)
+        if curve.options.events
+            && let Some((omega, orbit)) = refine_fold(curve, points, after, solution.omega)
         {
-            at.omega = omega;
-            at.start = orbit.start;
-            at.multipliers = orbit.multipliers;
-            at.refinement = Refinement::Shooting;
+            solution.omega = omega;
+            solution.start = orbit.start;
+            solution.multipliers = orbit.multipliers;
+            solution.refinement = Refinement::Shooting;
         }
-        found.push(Bifurcation {
+        folds.push(Bifurcation {
             kind: BifurcationKind::Fold,
             after,
-            point: at,
+            point: solution,
         });
     }
-    found
+    folds
 }
 
-/// The same fold with every switch located, from a motion a little before it.
+/// Frequency and orbit at the fold by shooting with located events, started from a solution before the fold.
 fn refine_fold(
-    follower: &Continuation,
+    curve: &Continuation,
     points: &[PeriodicSolution],
     after: usize,
-    near: f64,
+    estimate: f64,
 ) -> Option<(f64, PeriodicOrbit)> {
-    let family = |omega: f64| follower.family.relative_at(omega);
+    let family = |omega: f64| curve.family.relative_at(omega);
     let before = (0..=after)
         .rev()
         .filter(|&at| points[at].refinement == Refinement::Shooting)
         .take(3);
     for at in before {
-        let ahead = near - points[at].omega;
-        if ahead * points[at].sense <= 0.0 {
+        let offset = estimate - points[at].omega;
+        if offset * points[at].frequency_tangent <= 0.0 {
             continue;
         }
-        let course = FoldOptions {
+        let fold_options = FoldOptions {
             from: points[at].omega,
-            step: 0.1 * ahead,
+            step: 0.1 * offset,
             max_steps: 400,
         };
-        if let Ok((omega, orbit)) = find_fold(&family, &points[at].start, 1, course)
-            && (omega - near).abs() < FOLD_TOLERANCE * near
+        if let Ok((omega, orbit)) = find_fold(&family, &points[at].start, 1, fold_options)
+            && (omega - estimate).abs() < FOLD_TOLERANCE * estimate
         {
             return Some((omega, orbit));
         }
@@ -107,58 +108,58 @@ fn refine_fold(
     None
 }
 
-/// Points where stability is lost or gained, folds excepted.
+/// Bifurcations other than folds at which stability is lost or gained.
 pub(super) fn stability_changes(
-    follower: &Continuation,
+    curve: &Continuation,
     points: &[PeriodicSolution],
-    places: &[CurvePoint],
+    curve_points: &[CurvePoint],
     steps: &[f64],
     folds: &[Bifurcation],
 ) -> Vec<Bifurcation> {
-    let mut found = Vec::new();
+    let mut bifurcations = Vec::new();
     for after in 0..points.len().saturating_sub(1).min(steps.len()) {
-        let (one, other) = (&points[after], &points[after + 1]);
-        if one.unstable_count() == other.unstable_count() {
+        let (lower, upper) = (&points[after], &points[after + 1]);
+        if lower.unstable_count() == upper.unstable_count() {
             continue;
         }
-        let kind = kind(one, other);
+        let kind = bifurcation_kind(lower, upper);
         let at_fold = folds.iter().any(|f| f.after.abs_diff(after) <= 1);
         if at_fold && kind == BifurcationKind::BranchPoint {
             continue;
         }
-        let known = one.unstable_count();
-        let changed = |span: &CurvePoint| {
-            let at = periodic_solution(
-                &mut follower.balance(span.orders),
-                &span.x,
-                &span.tangent,
-                &follower.options,
+        let unstable_count = lower.unstable_count();
+        let is_past = |point: &CurvePoint| {
+            let solution = periodic_solution(
+                &mut curve.balance(point.orders),
+                &point.x,
+                &point.tangent,
+                &curve.options,
             );
-            at.is_ok_and(|p| p.unstable_count() != known)
+            solution.is_ok_and(|p| p.unstable_count() != unstable_count)
         };
-        let span = bisect_step(follower, &places[after], steps[after], &changed);
-        if let Ok(at) = periodic_solution(
-            &mut follower.balance(span.orders),
-            &span.x,
-            &span.tangent,
-            &follower.options,
+        let point = bisect_step(curve, &curve_points[after], steps[after], &is_past);
+        if let Ok(solution) = periodic_solution(
+            &mut curve.balance(point.orders),
+            &point.x,
+            &point.tangent,
+            &curve.options,
         ) {
-            found.push(Bifurcation {
+            bifurcations.push(Bifurcation {
                 kind,
                 after,
-                point: at,
+                point: solution,
             });
         }
     }
-    found
+    bifurcations
 }
 
-/// Bifurcation kind by the multiplier that crosses the unit circle: of the more unstable solution, the one outside nearest to it.
-fn kind(one: &PeriodicSolution, other: &PeriodicSolution) -> BifurcationKind {
-    let unstable = if one.unstable_count() > other.unstable_count() {
-        one
+/// Kind by the multiplier that crosses the unit circle: of those of the more unstable solution outside it, the nearest one.
+fn bifurcation_kind(lower: &PeriodicSolution, upper: &PeriodicSolution) -> BifurcationKind {
+    let unstable = if lower.unstable_count() > upper.unstable_count() {
+        lower
     } else {
-        other
+        upper
     };
     let outside = unstable
         .multipliers
@@ -171,25 +172,25 @@ fn kind(one: &PeriodicSolution, other: &PeriodicSolution) -> BifurcationKind {
     }
 }
 
-/// The last place before `beyond` becomes true, along one step of the curve.
+/// Last curve point before `is_past` becomes true, along one step of the curve.
 fn bisect_step(
-    follower: &Continuation,
+    curve: &Continuation,
     from: &CurvePoint,
     length: f64,
-    beyond: &dyn Fn(&CurvePoint) -> bool,
+    is_past: &dyn Fn(&CurvePoint) -> bool,
 ) -> CurvePoint {
     let (mut low, mut high) = (0.0, length);
     let mut best = from.clone();
     for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (low + high);
-        let Ok((span, _)) = follower.advance(from, middle) else {
+        let Ok((point, _)) = curve.advance(from, middle) else {
             break;
         };
-        if beyond(&span) {
+        if is_past(&point) {
             high = middle;
         } else {
             low = middle;
-            best = span;
+            best = point;
         }
     }
     best

@@ -1,4 +1,4 @@
-//! Continuation steps: tangent predictor, Newton corrector, adaptive number of harmonics.
+//! Arc-length continuation steps: tangent predictor, Newton corrector, adaptive number of harmonics.
 
 use super::balance::{HarmonicBalance, HarmonicUnknowns};
 use super::family::SpeedFamily;
@@ -10,24 +10,24 @@ use crate::motion::dynamic_model::ForceLaw;
 /// Speed range, step sizes and tolerances of a continuation.
 #[derive(Debug, Clone, Copy)]
 pub struct ContinuationOptions {
-    /// Base frequency of the excitation at the beginning, rad/s.
+    /// Base frequency of the excitation at the start, rad/s.
     pub from: f64,
-    /// At the end; below the beginning for a falling speed.
+    /// Base frequency at the end, rad/s; below `from` for a falling speed.
     pub to: f64,
-    /// The largest step, rad/s.
+    /// Largest step, rad/s.
     pub step: f64,
-    /// Allowed contribution of higher orders, relative to the size of the deflections.
+    /// Allowed contribution of truncated orders, relative to the deflections.
     pub tolerance: f64,
-    /// So many orders and no others.
+    /// Fixed number of orders; `None` for an adaptive number.
     pub orders: Option<usize>,
-    /// The most points.
+    /// Largest number of points.
     pub max_points: usize,
 }
 
-/// Default contribution allowed to higher orders.
+/// Default tolerance of the truncated orders, relative.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
-/// A place on the curve.
+/// Point on the solution curve: unknowns, unit tangent and number of orders.
 #[derive(Clone)]
 pub(super) struct CurvePoint {
     pub x: HarmonicUnknowns,
@@ -35,124 +35,124 @@ pub(super) struct CurvePoint {
     pub orders: usize,
 }
 
-/// Unknowns beyond this take longer than they are worth.
+/// Largest number of unknowns, a limit of the run time.
 const MAX_UNKNOWNS: usize = 1200;
 
-/// Steps along a curve.
+/// Continuation of a solution curve over speed.
 pub(super) struct Continuation<'a> {
     pub family: &'a SpeedFamily,
     pub lines: &'a LinearPart,
     pub options: PointOptions<'a>,
-    pub course: ContinuationOptions,
-    sizes: Vec<f64>,
+    pub setup: ContinuationOptions,
+    scales: Vec<f64>,
     pub span: f64,
-    pub limited: bool,
+    pub order_limited: bool,
 }
 
 impl<'a> Continuation<'a> {
-    /// Ready to follow.
+    /// Sets the scales of the unknowns at the first speed.
     ///
     /// # Errors
-    /// Those of the linear part.
+    /// Errors of the linear part.
     pub fn new(
         family: &'a SpeedFamily,
         lines: &'a LinearPart,
         options: PointOptions<'a>,
-        course: ContinuationOptions,
+        setup: ContinuationOptions,
     ) -> Result<Continuation<'a>, Error> {
         Ok(Continuation {
-            sizes: sizes(family, lines, course.from)?,
+            scales: scales(family, lines, setup.from)?,
             family,
             lines,
             options,
-            course,
-            span: (course.to - course.from).abs(),
-            limited: false,
+            setup,
+            span: (setup.to - setup.from).abs(),
+            order_limited: false,
         })
     }
 
-    /// The balance with a number of orders.
+    /// Harmonic balance with a number of orders.
     pub fn balance(&self, orders: usize) -> HarmonicBalance<'a> {
-        HarmonicBalance::new(self.family, self.lines, orders, &self.sizes, self.span)
+        HarmonicBalance::new(self.family, self.lines, orders, &self.scales, self.span)
     }
 
     fn max_orders(&self) -> usize {
-        let each = MAX_UNKNOWNS / self.sizes.len().max(1);
-        (each.saturating_sub(1) / 2).max(self.family.max_order)
+        let per_branch = MAX_UNKNOWNS / self.scales.len().max(1);
+        (per_branch.saturating_sub(1) / 2).max(self.family.max_order)
     }
 
     fn first_orders(&self) -> usize {
-        let few = 8.max(4 * self.family.max_order);
-        self.course.orders.unwrap_or(few.min(self.max_orders()))
+        let count = 8.max(4 * self.family.max_order);
+        self.setup.orders.unwrap_or(count.min(self.max_orders()))
     }
 
-    /// The motion at a place.
-    pub fn point(&self, span: &CurvePoint) -> Result<PeriodicSolution, Error> {
+    /// Periodic solution at a point of the curve.
+    pub fn solution(&self, point: &CurvePoint) -> Result<PeriodicSolution, Error> {
         periodic_solution(
-            &mut self.balance(span.orders),
-            &span.x,
-            &span.tangent,
+            &mut self.balance(point.orders),
+            &point.x,
+            &point.tangent,
             &self.options,
         )
     }
 
-    /// The first motion, with enough orders.
-    pub fn first(&mut self) -> Result<CurvePoint, Error> {
+    /// First point of the curve, with a sufficient number of orders.
+    pub fn first_point(&mut self) -> Result<CurvePoint, Error> {
         let orders = self.first_orders();
         let mut balance = self.balance(orders);
-        let guess = balance.initial_guess(self.course.from)?;
-        let mut still = vec![0.0; guess.len()];
-        still[guess.len() - 1] = 1.0;
-        let (x, _) = balance.correct(&guess, &still).map_err(|error| {
-            error.with_hint("no periodic motion was found at the first speed: begin elsewhere")
+        let guess = balance.initial_guess(self.setup.from)?;
+        let mut direction = vec![0.0; guess.len()];
+        direction[guess.len() - 1] = 1.0;
+        let (x, _) = balance.correct(&guess, &direction).map_err(|error| {
+            error.with_hint("no periodic motion was found at the first speed: start at another one")
         })?;
-        let sense = (self.course.to - self.course.from).signum();
-        still.iter_mut().for_each(|t| *t *= sense);
-        let tangent = balance.tangent(&x, &still)?;
-        let mut span = self.adapt_orders(CurvePoint { x, tangent, orders })?;
-        // More orders have moved it along the curve: back to the first speed.
-        let last = span.x.len() - 1;
-        let mut still = vec![0.0; span.x.len()];
-        still[last] = sense;
-        span.x[last] = self.course.from / self.span;
-        let mut balance = self.balance(span.orders);
-        span.x = balance.correct(&span.x, &still)?.0;
-        span.tangent = balance.tangent(&span.x, &still)?;
-        Ok(span)
+        let sign = (self.setup.to - self.setup.from).signum();
+        direction.iter_mut().for_each(|t| *t *= sign);
+        let tangent = balance.tangent(&x, &direction)?;
+        let mut point = self.adapt_orders(CurvePoint { x, tangent, orders })?;
+        // Additional orders shift the point along the curve; return to the first speed.
+        let last = point.x.len() - 1;
+        let mut direction = vec![0.0; point.x.len()];
+        direction[last] = sign;
+        point.x[last] = self.setup.from / self.span;
+        let mut balance = self.balance(point.orders);
+        point.x = balance.correct(&point.x, &direction)?.0;
+        point.tangent = balance.tangent(&point.x, &direction)?;
+        Ok(point)
     }
 
-    /// Predictor deviation: distance of the next point from the tangent prediction, in steps.
-    pub fn predictor_deviation(&self, here: &CurvePoint, next: &CurvePoint, length: f64) -> f64 {
-        let active = self.sizes.len();
-        let alike = |x: &[f64]| resize_orders(x, next.orders, here.orders, active);
-        let ahead = here
+    /// Distance of the next point from the tangent prediction, relative to the step length.
+    pub fn predictor_deviation(&self, current: &CurvePoint, next: &CurvePoint, length: f64) -> f64 {
+        let active = self.scales.len();
+        let resized = |x: &[f64]| resize_orders(x, next.orders, current.orders, active);
+        let predicted = current
             .x
             .iter()
-            .zip(&here.tangent)
+            .zip(&current.tangent)
             .map(|(x, t)| x + length * t);
-        let square: f64 = ahead
-            .zip(alike(&next.x))
+        let square: f64 = predicted
+            .zip(resized(&next.x))
             .map(|(a, b)| (a - b).powi(2))
             .sum();
         square.sqrt() / length
     }
 
-    /// One step along the tangent.
+    /// Steps along the curve and adapts the number of orders; also returns the Newton iterations.
     pub fn step(&mut self, from: &CurvePoint, length: f64) -> Result<(CurvePoint, usize), Error> {
-        let (span, iterations) = self.advance(from, length)?;
-        Ok((self.adapt_orders(span)?, iterations))
+        let (point, iterations) = self.advance(from, length)?;
+        Ok((self.adapt_orders(point)?, iterations))
     }
 
-    /// The place at a distance along the tangent, with the same orders.
+    /// Corrects the tangent prediction at a step length, with the same orders; also returns the Newton iterations.
     pub fn advance(&self, from: &CurvePoint, length: f64) -> Result<(CurvePoint, usize), Error> {
         let mut balance = self.balance(from.orders);
-        let ahead: Vec<f64> = from
+        let predicted: Vec<f64> = from
             .x
             .iter()
             .zip(&from.tangent)
             .map(|(x, t)| x + length * t)
             .collect();
-        let (x, iterations) = balance.correct(&ahead, &from.tangent)?;
+        let (x, iterations) = balance.correct(&predicted, &from.tangent)?;
         let tangent = balance.tangent(&x, &from.tangent)?;
         Ok((
             CurvePoint {
@@ -164,105 +164,102 @@ impl<'a> Continuation<'a> {
         ))
     }
 
-    /// The same place with as many orders as its residual asks.
-    fn adapt_orders(&mut self, span: CurvePoint) -> Result<CurvePoint, Error> {
-        if self.course.orders.is_some() || self.lines.active.is_empty() {
-            return Ok(span);
+    /// Adapts the number of orders of a point to its truncation error.
+    fn adapt_orders(&mut self, point: CurvePoint) -> Result<CurvePoint, Error> {
+        if self.setup.orders.is_some() || self.lines.active.is_empty() {
+            return Ok(point);
         }
-        let least = self.first_orders();
-        let mut span = span;
+        let min_orders = self.first_orders();
+        let mut point = point;
         loop {
-            let mut balance = self.balance(span.orders);
-            let left_out = balance.truncation_error(&span.x)?;
-            let wanted = if left_out > self.course.tolerance {
-                (3 * span.orders / 2 + 1).min(self.max_orders())
-            } else if left_out < 0.01 * self.course.tolerance {
-                (2 * span.orders / 3).max(least)
+            let mut balance = self.balance(point.orders);
+            let error = balance.truncation_error(&point.x)?;
+            let orders = if error > self.setup.tolerance {
+                (3 * point.orders / 2 + 1).min(self.max_orders())
+            } else if error < 0.01 * self.setup.tolerance {
+                (2 * point.orders / 3).max(min_orders)
             } else {
-                span.orders
+                point.orders
             };
-            if wanted == span.orders {
-                self.limited |= left_out > self.course.tolerance;
-                return Ok(span);
+            if orders == point.orders {
+                self.order_limited |= error > self.setup.tolerance;
+                return Ok(point);
             }
-            let fewer = wanted < span.orders;
-            let (delta, omega) = (balance.deflections(&span.x), balance.omega(&span.x));
-            let mut more = self.balance(wanted);
-            let along =
-                |t: &[f64]| -> Vec<f64> { resize_orders(t, span.orders, wanted, self.sizes.len()) };
-            let tangent = along(&span.tangent);
-            let x = more.unknowns(&delta, omega);
-            let (x, _) = more.correct(&x, &tangent)?;
-            let tangent = more.tangent(&x, &tangent)?;
-            span = CurvePoint {
-                x,
-                tangent,
-                orders: wanted,
+            let is_reduced = orders < point.orders;
+            let (delta, omega) = (balance.deflections(&point.x), balance.omega(&point.x));
+            let mut refined = self.balance(orders);
+            let resize = |t: &[f64]| -> Vec<f64> {
+                resize_orders(t, point.orders, orders, self.scales.len())
             };
-            if fewer {
-                return Ok(span);
+            let tangent = resize(&point.tangent);
+            let x = refined.unknowns(&delta, omega);
+            let (x, _) = refined.correct(&x, &tangent)?;
+            let tangent = refined.tangent(&x, &tangent)?;
+            point = CurvePoint { x, tangent, orders };
+            if is_reduced {
+                return Ok(point);
             }
         }
     }
 
-    /// The place between two where the frequency is `omega`.
-    pub fn point_at(&self, here: &CurvePoint, next: &CurvePoint, omega: f64) -> Option<CurvePoint> {
-        let mut balance = self.balance(here.orders);
-        let between = balance.omega(&here.x);
-        let beyond = self.balance(next.orders).omega(&next.x);
-        if between == omega || beyond == between {
+    /// Point between two others at the frequency `omega`, rad/s.
+    pub fn point_at(&self, from: &CurvePoint, next: &CurvePoint, omega: f64) -> Option<CurvePoint> {
+        let mut balance = self.balance(from.orders);
+        let start = balance.omega(&from.x);
+        let end = self.balance(next.orders).omega(&next.x);
+        if start == omega || end == start {
             return None;
         }
-        let share = (omega - between) / (beyond - between);
-        let mut still = vec![0.0; here.x.len()];
-        still[here.x.len() - 1] = (beyond - between).signum();
-        let slope = here.tangent[here.x.len() - 1];
-        let length = share * (beyond - between) / self.span / slope;
-        let mut ahead: Vec<f64> = here
+        let share = (omega - start) / (end - start);
+        let mut direction = vec![0.0; from.x.len()];
+        direction[from.x.len() - 1] = (end - start).signum();
+        let slope = from.tangent[from.x.len() - 1];
+        let length = share * (end - start) / self.span / slope;
+        let mut predicted: Vec<f64> = from
             .x
             .iter()
-            .zip(&here.tangent)
+            .zip(&from.tangent)
             .map(|(x, t)| x + length * t)
             .collect();
-        let last = ahead.len() - 1;
-        ahead[last] = omega / self.span;
-        let (x, _) = balance.correct(&ahead, &still).ok()?;
-        let tangent = balance.tangent(&x, &still).ok()?;
+        let last = predicted.len() - 1;
+        predicted[last] = omega / self.span;
+        let (x, _) = balance.correct(&predicted, &direction).ok()?;
+        let tangent = balance.tangent(&x, &direction).ok()?;
         Some(CurvePoint {
             x,
             tangent,
-            orders: here.orders,
+            orders: from.orders,
         })
     }
 }
 
-/// The size of the deflection of every active branch.
-fn sizes(family: &SpeedFamily, lines: &LinearPart, omega: f64) -> Result<Vec<f64>, Error> {
-    let mut sizes = vec![0.0f64; lines.active.len()];
+/// Scale of the deflection of every active branch.
+fn scales(family: &SpeedFamily, lines: &LinearPart, omega: f64) -> Result<Vec<f64>, Error> {
+    let mut scales = vec![0.0f64; lines.active.len()];
     for k in 0..=family.max_order {
         let line = lines.order_response(k, omega)?;
-        sizes
+        scales
             .iter_mut()
             .zip(&line.drive[0])
             .for_each(|(s, p)| *s = s.max(p.norm()));
     }
-    for (size, active) in sizes.iter_mut().zip(&lines.active) {
+    for (size, active) in scales.iter_mut().zip(&lines.active) {
         if let ForceLaw::Contact(contact) = &family.relative.model.elements[active.branch].law {
             *size = size.max(contact.half_play);
         }
     }
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let largest = scales.iter().copied().fold(0.0, f64::max);
     let least = if largest > 0.0 { 1e-6 * largest } else { 1.0 };
-    Ok(sizes.into_iter().map(|s| s.max(least)).collect())
+    Ok(scales.into_iter().map(|s| s.max(least)).collect())
 }
 
-/// A vector of unknowns with another number of orders.
-fn resize_orders(t: &[f64], orders: usize, wanted: usize, active: usize) -> Vec<f64> {
-    let (width, wide) = (2 * orders + 1, 2 * wanted + 1);
-    let mut out = Vec::with_capacity(active * wide + 1);
-    for own in 0..active {
-        let part = &t[own * width..(own + 1) * width];
-        out.extend((0..wide).map(|j| part.get(j).copied().unwrap_or(0.0)));
+/// Pads or truncates a vector of unknowns to another number of orders.
+fn resize_orders(t: &[f64], orders: usize, new_orders: usize, active: usize) -> Vec<f64> {
+    let (width, new_width) = (2 * orders + 1, 2 * new_orders + 1);
+    let mut out = Vec::with_capacity(active * new_width + 1);
+    for k in 0..active {
+        let block = &t[k * width..(k + 1) * width];
+        out.extend((0..new_width).map(|j| block.get(j).copied().unwrap_or(0.0)));
     }
     out.push(t[t.len() - 1]);
     out

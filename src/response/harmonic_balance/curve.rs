@@ -10,74 +10,71 @@ use super::point::{PeriodicSolution, PointOptions};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Periodic solutions along the frequency, with their bifurcations.
+/// Curve of periodic solutions over frequency with its bifurcations.
 #[derive(Debug, Clone)]
 pub struct SolutionCurve {
-    /// In the order they were found.
+    /// Solutions in the order along the curve.
     pub points: Vec<PeriodicSolution>,
-    /// Folds and bifurcations, in that order.
+    /// Folds and other bifurcations in the order along the curve.
     pub bifurcations: Vec<Bifurcation>,
-    /// Motions of two periods that doublings begin, where motions are refined by events.
+    /// Period-doubled branches; empty unless solutions are refined with events.
     pub period_doubled: Vec<PeriodDoubledBranch>,
-    /// The number of unknowns was the limit of the orders at some points.
+    /// Whether the number of unknowns limited the orders at some points.
     pub order_limited: bool,
-    /// The curve was given up before the end of the range, and why.
+    /// Error that ended the curve before the end of the range.
     pub stopped_by: Option<Error>,
 }
 
-/// Steps shorter than this share of the largest find no curve any more.
+/// Smallest step, as a share of the largest; a corrector failure at it ends the curve.
 const MIN_STEP: f64 = 1e-7;
 
-/// Smallest cosine between the directions of successive points; below it the step is halved, unless it is short already.
+/// Smallest cosine between successive tangents; below it the step is halved unless it is already short.
 const MIN_COSINE: f64 = 0.9;
 
-/// A solution further from where the tangent pointed than this share of the step is on another part of the curve.
+/// Largest predictor deviation, in steps; a larger one indicates a jump to another part of the curve.
 const MAX_DEVIATION: f64 = 0.5;
 
-/// The same of steps so short that a corner of the curve (contact begins to open) may lie in them.
+/// Largest predictor deviation of a short step, which may contain a corner of the curve (onset of contact loss).
 const MAX_DEVIATION_SHORT: f64 = 4.0;
 
-/// Follows the curve; `progress` hears how far it is, 0 to 1.
+/// Follows the curve of periodic solutions; `progress` is called with the completed share, 0 to 1.
 ///
 /// # Errors
-/// A range that is none; `NoConvergence` where not even its first motion is found; those of the linear part.
+/// An invalid range; `NoConvergence` without a solution at the first speed; errors of the linear part.
 pub fn continue_curve(
     family: &SpeedFamily,
     options: PointOptions,
-    course: ContinuationOptions,
+    setup: ContinuationOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<SolutionCurve, Error> {
-    let fine = [course.from, course.to, course.step, course.tolerance]
+    let is_valid = [setup.from, setup.to, setup.step, setup.tolerance]
         .iter()
         .all(|x| x.is_finite() && *x > 0.0);
-    if !fine || course.from == course.to {
+    if !is_valid || setup.from == setup.to {
         let message = format!(
-            "a curve from {} to {} rad/s in steps of {} cannot be",
-            course.from, course.to, course.step
+            "a curve from {} to {} rad/s in steps of {} is impossible",
+            setup.from, setup.to, setup.step
         );
         return Err(
-            Error::new(Code::OutOfRange, message).with_hint("speeds lie above zero and differ")
+            Error::new(Code::OutOfRange, message).with_hint("give two different speeds above zero")
         );
     }
     let lines = LinearPart::new(family);
-    let mut follower = Continuation::new(family, &lines, options, course)?;
-    trace(&mut follower, progress)
+    let mut path = Continuation::new(family, &lines, options, setup)?;
+    trace(&mut path, progress)
 }
 
-fn trace(
-    follower: &mut Continuation,
-    progress: &mut dyn FnMut(f64),
-) -> Result<SolutionCurve, Error> {
+fn trace(path: &mut Continuation, progress: &mut dyn FnMut(f64)) -> Result<SolutionCurve, Error> {
     let ContinuationOptions {
         from,
         to,
         step,
-        max_points: most,
+        max_points,
         ..
-    } = follower.course;
-    let mut here = follower.first()?;
-    let longest = step / follower.span;
-    let mut length = 0.2 * longest;
+    } = path.setup;
+    let mut current = path.first_point()?;
+    let max_step = step / path.span;
+    let mut length = 0.2 * max_step;
     let mut curve = SolutionCurve {
         points: Vec::new(),
         bifurcations: Vec::new(),
@@ -85,28 +82,28 @@ fn trace(
         order_limited: false,
         stopped_by: None,
     };
-    let (mut places, mut steps) = (vec![here.clone()], Vec::new());
-    curve.points.push(follower.point(&here)?);
+    let (mut curve_points, mut steps) = (vec![current.clone()], Vec::new());
+    curve.points.push(path.solution(&current)?);
     let (low, high) = (from.min(to), from.max(to));
-    while curve.points.len() < most {
-        let taken = follower.step(&here, length);
-        let shortest = length <= MIN_STEP * longest;
-        let next = match taken {
+    while curve.points.len() < max_points {
+        let result = path.step(&current, length);
+        let is_shortest = length <= MIN_STEP * max_step;
+        let next = match result {
             Ok((next, iterations)) => {
-                let turn: f64 = match next.orders == here.orders {
+                let cosine: f64 = match next.orders == current.orders {
                     true => next
                         .tangent
                         .iter()
-                        .zip(&here.tangent)
+                        .zip(&current.tangent)
                         .map(|(a, b)| a * b)
                         .sum(),
                     false => 1.0,
                 };
-                let short = length <= 1e-3 * longest;
-                let off = follower.predictor_deviation(&here, &next, length);
-                if (turn < MIN_COSINE && !short)
-                    || off
-                        > if short {
+                let is_short = length <= 1e-3 * max_step;
+                let deviation = path.predictor_deviation(&current, &next, length);
+                if (cosine < MIN_COSINE && !is_short)
+                    || deviation
+                        > if is_short {
                             MAX_DEVIATION_SHORT
                         } else {
                             MAX_DEVIATION
@@ -116,14 +113,14 @@ fn trace(
                     continue;
                 }
                 steps.push(length);
-                if iterations <= 4 && turn > 0.98 {
-                    length = (length * 1.6).min(longest);
+                if iterations <= 4 && cosine > 0.98 {
+                    length = (length * 1.6).min(max_step);
                 } else if iterations > 7 {
                     length *= 0.6;
                 }
                 next
             }
-            Err(error) if shortest => {
+            Err(error) if is_shortest => {
                 curve.stopped_by = Some(error);
                 break;
             }
@@ -132,36 +129,35 @@ fn trace(
                 continue;
             }
         };
-        let omega = follower.balance(next.orders).omega(&next.x);
+        let omega = path.balance(next.orders).omega(&next.x);
         if omega < low * (1.0 - 1e-12) || omega > high * (1.0 + 1e-12) {
-            if let Some(last) =
-                follower.point_at(&here, &next, if omega < low { low } else { high })
+            if let Some(last) = path.point_at(&current, &next, if omega < low { low } else { high })
             {
-                curve.points.push(follower.point(&last)?);
-                places.push(last);
+                curve.points.push(path.solution(&last)?);
+                curve_points.push(last);
             }
             break;
         }
         progress(((omega - from) / (to - from)).clamp(0.0, 1.0));
-        curve.points.push(follower.point(&next)?);
-        places.push(next.clone());
-        here = next;
+        curve.points.push(path.solution(&next)?);
+        curve_points.push(next.clone());
+        current = next;
     }
-    curve.order_limited = follower.limited;
-    curve.bifurcations = find_folds(follower, &curve.points, &places, &steps);
-    let lost = stability_changes(
-        follower,
+    curve.order_limited = path.order_limited;
+    curve.bifurcations = find_folds(path, &curve.points, &curve_points, &steps);
+    let changes = stability_changes(
+        path,
         &curve.points,
-        &places,
+        &curve_points,
         &steps,
         &curve.bifurcations,
     );
-    curve.bifurcations.extend(lost);
+    curve.bifurcations.extend(changes);
     curve.bifurcations.sort_by_key(|s| s.after);
-    if follower.options.events {
+    if path.options.events {
         curve.period_doubled = follow_period_doublings(
-            follower.family,
-            &follower.options,
+            path.family,
+            &path.options,
             &curve.points,
             &curve.bifurcations,
         );

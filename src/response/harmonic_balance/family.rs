@@ -59,7 +59,7 @@ impl SpeedFamily {
         if period == 0.0 {
             let error = Error::new(
                 Code::Conflict,
-                "nothing excites this machine: no load, error or stiffness repeats in time",
+                "this machine has no periodic excitation by a load, error or stiffness",
             );
             return Err(error.with_hint("give a mesh `k_wave`, an [[error]], or a load with harmonics or orders; and a speed"));
         }
@@ -67,10 +67,10 @@ impl SpeedFamily {
         let highest = orders(model, base);
         if highest > MAX_ORDER {
             let message = format!(
-                "all excitations repeat together only after {highest} periods of the fastest: a balance of harmonics would need more orders than that"
+                "the common period of all excitations is {highest} periods of the fastest: harmonic balance needs more orders than that"
             );
             return Err(Error::new(Code::BudgetExceeded, message)
-                .with_hint("leave the slow excitations (orders of shafts) out of this scene, or integrate in time"));
+                .with_hint("omit the slow excitations of this scene (orders of shafts), or integrate the equations in time"));
         }
         Ok(SpeedFamily {
             relative: RelativeModel::new(model)?,
@@ -128,9 +128,9 @@ fn refuse(model: &DynamicModel, rates: &[f64]) -> Result<(), Error> {
         .iter()
         .find(|d| !steady(&d.signal) && !resting(&d.signal))
     {
-        let message = format!("{} changes in time and does not repeat", drive.name);
+        let message = format!("{} is not periodic", drive.name);
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("a steady state needs constant loads, harmonics and orders"));
+            .with_hint("a steady state takes constant loads, harmonics and orders only"));
     }
     for (b, &rate) in model.elements.iter().zip(rates) {
         let followed = b
@@ -138,31 +138,31 @@ fn refuse(model: &DynamicModel, rates: &[f64]) -> Result<(), Error> {
             .as_ref()
             .is_some_and(|w| w.phase.angle().is_some());
         if !b.angle_waves.is_empty() || followed {
-            let message = format!("the wave of {} follows an angle, not time", b.name);
+            let message = format!("the wave of {} depends on an angle, not on time", b.name);
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("write mesh_phase = \"speed\" in [start]"));
         }
         let hint = match b.law {
-            ForceLaw::Clutch { .. } => Some("take its engagement as a motion in time"),
+            ForceLaw::Clutch { .. } => Some("simulate its engagement in time"),
             ForceLaw::LoadFriction(_) => {
-                Some("take it as a motion in time, or leave friction that goes by load out")
+                Some("simulate it in time, or omit load-dependent friction")
             }
             ForceLaw::AngleLocked { .. } => Some(
-                "write mesh_phase = \"speed\" in [start], so that its orders turn at the mean speed",
+                "write mesh_phase = \"speed\" in [start], so that its orders refer to the mean speed",
             ),
             _ => None,
         };
         if let Some(hint) = hint {
             let message = match b.law {
                 ForceLaw::LoadFriction(_) => {
-                    format!("{} goes by load, which the balance does not follow", b.name)
+                    format!("{} depends on load, which the balance excludes", b.name)
                 }
-                _ => format!("{} does not repeat with the excitation", b.name),
+                _ => format!("{} does not have the period of the excitation", b.name),
             };
             return Err(Error::new(Code::Conflict, message).with_hint(hint));
         }
         if rate != 0.0 && matches!(b.law, ForceLaw::Contact(_) | ForceLaw::Nonlinear { .. }) {
-            let message = format!("the two sides of {} do not run at one speed", b.name);
+            let message = format!("the two sides of {} have different speeds", b.name);
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("state speeds in [speed] that fit the ratios of the gears"));
         }

@@ -1,41 +1,41 @@
 //! Linear part of each harmonic, `X_k = H(ikω) (f_k − U N_k)`.
 //!
-//! H holds a straight law `k δ + c δ̇` in the place of each of them; N is what the true law differs from it by.
+//! H contains a reference law `k δ + c δ̇` in place of each nonlinear one; N is the difference of the true law from it.
 
 use crate::base::error::Error;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 
-/// A branch that is not linear, and the straight law in its place.
+/// Nonlinear branch with its linear reference law.
 #[derive(Debug, Clone, Copy)]
 pub struct NonlinearElement {
     /// Branch number in the dynamic model.
     pub branch: usize,
-    /// k of the straight law.
+    /// Stiffness k of the reference law, N/m or N·m/rad.
     pub stiffness: f64,
-    /// c of it.
+    /// Damping c of the reference law, N·s/m or N·m·s/rad.
     pub damping: f64,
 }
 
-/// The linear part of a machine.
+/// Linear part of the harmonic-balance equations of a machine.
 pub struct LinearPart {
-    /// The branches that are not linear.
+    /// Nonlinear branches.
     pub active: Vec<NonlinearElement>,
     pub(super) mass: Matrix,
     pub(super) damping: Matrix,
     pub(super) stiffness: Matrix,
-    /// Branches whose stiffness depends on frequency.
+    /// Branches with frequency-dependent stiffness.
     pub(super) first_order: Vec<FirstOrderElement>,
-    /// W, by columns.
+    /// Columns of W, from coordinates to deflections.
     pub(super) input_columns: Vec<Vec<f64>>,
-    /// U, by columns.
+    /// Columns of U, from branch forces to coordinates.
     pub(super) force_columns: Vec<Vec<f64>>,
     pub(super) free: Vec<Vec<f64>>,
     pub(super) terms: Vec<HarmonicForce>,
-    /// e of every active branch: order and complex amplitude.
+    /// Displacement excitation e of every active branch: orders and complex amplitudes.
     pub(super) errors: Vec<Vec<(usize, Complex)>>,
 }
 
-/// A law of first order: `F = z`, its column and row.
+/// First-order force law `F = z` with its force column and its deflection row.
 pub(super) struct FirstOrderElement {
     pub force_columns: Vec<f64>,
     pub input_columns: Vec<f64>,
@@ -48,7 +48,7 @@ pub(super) enum FirstOrderLaw {
 }
 
 impl FirstOrderElement {
-    /// F/δ at s, and its derivative.
+    /// Dynamic stiffness F/δ at s and its derivative with respect to s.
     fn order_response(&self, s: Complex) -> (Complex, Complex) {
         let one = Complex::new(1.0, 0.0);
         match self.kind {
@@ -67,34 +67,34 @@ impl FirstOrderElement {
     }
 }
 
-/// A force `column (a + s b)` of an order; those of order zero with b act as `ω b`.
+/// Force `column (a + s b)` of an order; at order zero the second term is `ω b`.
 pub(super) struct HarmonicForce {
     pub order: usize,
     pub column: Vec<f64>,
-    pub plain: Complex,
-    pub by_rate: Complex,
+    pub constant: Complex,
+    pub rate: Complex,
 }
 
-/// Linear response at one order.
+/// Linear response at one order, with derivatives with respect to ω.
 pub struct OrderResponse {
-    /// G, actives by actives, row by row, and dG/dω.
+    /// Compliance G between active branches by rows, and dG/dω.
     pub compliance: [Vec<Complex>; 2],
-    /// p and dp/dω.
+    /// Deflections p of the active branches without nonlinear forces, and dp/dω.
     pub drive: [Vec<Complex>; 2],
-    /// H U, coordinates by actives.
-    moved: ComplexMatrix,
-    /// H f.
-    driven: Vec<Complex>,
+    /// H U, coordinates by active branches.
+    force_response: ComplexMatrix,
+    /// H f, one value per coordinate.
+    drive_response: Vec<Complex>,
 }
 
 impl OrderResponse {
-    /// X_k from the forces N_k.
+    /// Harmonic amplitudes X_k from the nonlinear forces N_k.
     pub fn motion(&self, forces: &[Complex]) -> Vec<Complex> {
-        let mut x = self.driven.clone();
+        let mut x = self.drive_response.clone();
         for (c, n) in forces.iter().enumerate() {
             x.iter_mut()
                 .enumerate()
-                .for_each(|(i, x)| *x -= self.moved[(i, c)] * n);
+                .for_each(|(i, x)| *x -= self.force_response[(i, c)] * n);
         }
         x
     }
@@ -108,7 +108,7 @@ impl LinearPart {
         self.mass.nrows()
     }
 
-    /// Amplitudes of the inner states of first-order laws at an order, in the order of their branches.
+    /// Amplitudes of the internal states of the first-order laws at an order, in the order of the branches.
     pub fn internal_states(&self, order: usize, omega: f64, motion: &[Complex]) -> Vec<Complex> {
         let s = Complex::new(0.0, order as f64 * omega);
         let state = |l: &FirstOrderElement| {
@@ -126,42 +126,41 @@ impl LinearPart {
         self.first_order.iter().map(state).collect()
     }
 
-    /// Order k at ω, rad/s.
+    /// Linear response at order k and ω, rad/s.
     ///
     /// # Errors
-    /// `Indefinite` at a resonance that nothing damps.
+    /// `Indefinite` at an undamped resonance.
     pub fn order_response(&self, order: usize, omega: f64) -> Result<OrderResponse, Error> {
         let (n, m) = (self.coordinate_count(), self.active.len());
         let s = Complex::new(0.0, order as f64 * omega);
-        // At order zero free motions are held, and what accelerates them is taken off.
-        let held = if order == 0 { self.free.len() } else { 0 };
-        let late: Vec<(Complex, Complex)> = self
+        // At order zero the rigid-body motions are constrained, with a multiplier for the resultant load.
+        let n_rigid = if order == 0 { self.free.len() } else { 0 };
+        let laws: Vec<(Complex, Complex)> = self
             .first_order
             .iter()
             .map(|l| l.order_response(s))
             .collect();
         let entry = |i: usize, j: usize| {
-            let plain =
-                s * s * self.mass[(i, j)] + s * self.damping[(i, j)] + self.stiffness[(i, j)];
+            let sum = s * s * self.mass[(i, j)] + s * self.damping[(i, j)] + self.stiffness[(i, j)];
             self.first_order
                 .iter()
-                .zip(&late)
-                .fold(plain, |sum, (l, at)| {
-                    sum + at.0 * (l.force_columns[i] * l.input_columns[j])
+                .zip(&laws)
+                .fold(sum, |sum, (l, law)| {
+                    sum + law.0 * (l.force_columns[i] * l.input_columns[j])
                 })
         };
-        let carried = |r: usize, i: usize| -> f64 {
+        let inertia = |r: usize, i: usize| -> f64 {
             (0..n).map(|j| self.mass[(i, j)] * self.free[r][j]).sum()
         };
         let bordered = |i: usize, j: usize| match (i < n, j < n) {
             (true, true) => entry(i, j),
-            (true, false) => Complex::new(carried(j - n, i), 0.0),
-            (false, true) => Complex::new(carried(i - n, j), 0.0),
+            (true, false) => Complex::new(inertia(j - n, i), 0.0),
+            (false, true) => Complex::new(inertia(i - n, j), 0.0),
             (false, false) => ZERO,
         };
-        let all = n + held;
-        let dynamic = ComplexMatrix::from_fn(all, all, bordered);
-        let transposed = ComplexMatrix::from_fn(all, all, |i, j| dynamic[(j, i)]);
+        let size = n + n_rigid;
+        let dynamic = ComplexMatrix::from_fn(size, size, bordered);
+        let transposed = ComplexMatrix::from_fn(size, size, |i, j| dynamic[(j, i)]);
         let (mut force, mut by_omega) = (vec![ZERO; n], vec![ZERO; n]);
         let speed = Complex::new(omega, 0.0);
         for term in self.terms.iter().filter(|t| t.order == order) {
@@ -170,71 +169,72 @@ impl LinearPart {
                 _ => (s, Complex::new(0.0, order as f64)),
             };
             for i in 0..n {
-                force[i] += (term.plain + term.by_rate * factor) * term.column[i];
-                by_omega[i] += term.by_rate * slope * term.column[i];
+                force[i] += (term.constant + term.rate * factor) * term.column[i];
+                by_omega[i] += term.rate * slope * term.column[i];
             }
         }
-        let right = ComplexMatrix::from_fn(all, m + 1, |i, j| match (i < n, j < m) {
+        let loads = ComplexMatrix::from_fn(size, m + 1, |i, j| match (i < n, j < m) {
             (true, true) => Complex::new(self.force_columns[j][i], 0.0),
             (true, false) => force[i],
             _ => ZERO,
         });
-        let left = ComplexMatrix::from_fn(all, m, |i, j| {
+        let outputs = ComplexMatrix::from_fn(size, m, |i, j| {
             if i < n {
                 Complex::new(self.input_columns[j][i], 0.0)
             } else {
                 ZERO
             }
         });
-        let moved = symmetric::lu_solve_complex(&dynamic, &right)?;
-        let seen = symmetric::lu_solve_complex(&transposed, &left)?;
+        let force_response = symmetric::lu_solve_complex(&dynamic, &loads)?;
+        let transposed_response = symmetric::lu_solve_complex(&transposed, &outputs)?;
         let ik = Complex::new(0.0, order as f64);
         let slope = |i: usize, j: usize| {
-            let plain = s * (2.0 * self.mass[(i, j)]) + self.damping[(i, j)];
+            let sum = s * (2.0 * self.mass[(i, j)]) + self.damping[(i, j)];
             ik * self
                 .first_order
                 .iter()
-                .zip(&late)
-                .fold(plain, |sum, (l, at)| {
-                    sum + at.1 * (l.force_columns[i] * l.input_columns[j])
+                .zip(&laws)
+                .fold(sum, |sum, (l, law)| {
+                    sum + law.1 * (l.force_columns[i] * l.input_columns[j])
                 })
         };
-        let mut turned = vec![ZERO; n * (m + 1)];
+        let mut slope_response = vec![ZERO; n * (m + 1)];
         if order > 0 {
             for i in 0..n {
                 for j in 0..n {
                     let d = slope(i, j);
                     for c in 0..=m {
-                        turned[i * (m + 1) + c] += d * moved[(j, c)];
+                        slope_response[i * (m + 1) + c] += d * force_response[(j, c)];
                     }
                 }
             }
         }
-        let mut line = OrderResponse {
+        let mut response = OrderResponse {
             compliance: [vec![ZERO; m * m], vec![ZERO; m * m]],
             drive: [vec![ZERO; m], vec![ZERO; m]],
-            moved: ComplexMatrix::from_fn(n, m, |i, j| moved[(i, j)]),
-            driven: (0..n).map(|i| moved[(i, m)]).collect(),
+            force_response: ComplexMatrix::from_fn(n, m, |i, j| force_response[(i, j)]),
+            drive_response: (0..n).map(|i| force_response[(i, m)]).collect(),
         };
         for b in 0..m {
             for c in 0..=m {
                 let mut value = ZERO;
                 let mut change = ZERO;
                 for i in 0..n {
-                    value += moved[(i, c)] * self.input_columns[b][i];
-                    change -= seen[(i, b)] * turned[i * (m + 1) + c];
+                    value += force_response[(i, c)] * self.input_columns[b][i];
+                    change -= transposed_response[(i, b)] * slope_response[i * (m + 1) + c];
                 }
                 if c < m {
-                    line.compliance[0][b * m + c] = value;
-                    line.compliance[1][b * m + c] = change;
+                    response.compliance[0][b * m + c] = value;
+                    response.compliance[1][b * m + c] = change;
                 } else {
-                    let own = self.errors[b].iter().filter(|e| e.0 == order);
-                    line.drive[0][b] = own.fold(value, |sum, e| sum - e.1);
-                    line.drive[1][b] =
-                        (0..n).fold(change, |sum, i| sum + seen[(i, b)] * by_omega[i]);
+                    let errors = self.errors[b].iter().filter(|e| e.0 == order);
+                    response.drive[0][b] = errors.fold(value, |sum, e| sum - e.1);
+                    response.drive[1][b] = (0..n).fold(change, |sum, i| {
+                        sum + transposed_response[(i, b)] * by_omega[i]
+                    });
                 }
             }
         }
-        Ok(line)
+        Ok(response)
     }
 }

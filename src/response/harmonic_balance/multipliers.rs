@@ -9,7 +9,7 @@ use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
 use crate::motion::problem::OdeProblem;
 use crate::numeric::expm::expm;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::numeric::{Complex, Matrix, eigen};
 
 /// Steps a period is divided into.
@@ -73,7 +73,7 @@ pub fn multipliers(
             values.remove(nearest);
         }
     }
-    sort_falling(&mut values, |a| a.norm());
+    sort_descending(&mut values, |a| a.norm());
     Ok(values)
 }
 
@@ -120,7 +120,7 @@ fn matrix(model: &DynamicModel, rates: &[f64], own: &dyn Fn(usize) -> Option<[f6
             inner += 1;
         }
     }
-    if let Some((k, c)) = &model.unattached {
+    if let Some((k, c)) = &model.global_matrices {
         for j in 0..n {
             let mut push = [
                 (0..n).map(|i| -k[(i, j)]).collect::<Vec<f64>>(),

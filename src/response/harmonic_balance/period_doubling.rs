@@ -1,4 +1,4 @@
-//! Period-doubled orbits: found by shooting where a multiplier passes −1, followed over speed.
+//! Period-doubled orbits, computed by shooting beyond a Floquet multiplier of −1 and followed over speed.
 
 use std::ops::Range;
 
@@ -8,82 +8,82 @@ use super::point::{PeriodicSolution, PointOptions, Refinement, sample_with_event
 use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::floquet::orbit::{find_orbit, return_map};
 
-/// The motions of two periods that a doubling begins.
+/// Branch of period-2 orbits born at a period doubling.
 #[derive(Debug, Clone)]
 pub struct PeriodDoubledBranch {
-    /// The number of the doubling among the special places.
+    /// Index of the period doubling in the bifurcations of the curve.
     pub bifurcation: usize,
-    /// From the doubling on, at the speeds of the curve; multipliers are those of two periods.
+    /// Orbits from the doubling on at the speeds of the curve, with the multipliers of two periods.
     pub points: Vec<PeriodicSolution>,
-    /// Range of points of the curve at the same speeds.
+    /// Range of the curve points at the same speeds.
     point_range: Range<usize>,
 }
 
 impl PeriodDoubledBranch {
-    /// They end or begin in the step of the curve after this point.
+    /// Whether the branch covers the step of the curve after point `after`.
     pub fn covers_point(&self, after: usize) -> bool {
         (self.point_range.start..=self.point_range.end).contains(&(after + 1))
     }
 }
 
-/// Displacements tried to leave the motion that lost its stability, of the size of the motion.
+/// Perturbations of the unstable orbit, relative to its size.
 const PERTURBATIONS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 
-/// A motion that comes back this near after one period already, of its size, is no doubled one.
+/// Relative residual after one period below which an orbit has period one.
 const PERIOD_ONE_TOLERANCE: f64 = 1e-5;
 
-/// Number of curve points beyond a doubling that are searched for its motions: nearer ones are too small to be distinguished from it.
+/// Number of curve points beyond a doubling searched for the branch; close to it the period-2 orbit is too small to separate.
 const MAX_POINTS_TRIED: usize = 6;
 
-/// Iterations of the power method: each separates the fastest-growing disturbance from the rest by the ratio of their multipliers.
+/// Iterations of the power method; the error falls by the ratio of the two largest multipliers in each.
 const POWER_ITERATIONS: usize = 200;
 
-/// Follows every doubling of a curve whose motions are refined by events.
+/// Follows every period doubling of a curve whose solutions are refined with events.
 pub(super) fn follow_period_doublings(
     family: &SpeedFamily,
     options: &PointOptions,
     points: &[PeriodicSolution],
-    specials: &[Bifurcation],
+    bifurcations: &[Bifurcation],
 ) -> Vec<PeriodDoubledBranch> {
-    let mut all: Vec<PeriodDoubledBranch> = Vec::new();
-    for (born, special) in specials.iter().enumerate() {
-        if special.kind != BifurcationKind::PeriodDoubling || special.after + 1 >= points.len() {
+    let mut branches: Vec<PeriodDoubledBranch> = Vec::new();
+    for (number, b) in bifurcations.iter().enumerate() {
+        if b.kind != BifurcationKind::PeriodDoubling || b.after + 1 >= points.len() {
             continue;
         }
-        let (one, other) = (special.after, special.after + 1);
-        let rising = points[other].unstable_count() > points[one].unstable_count();
-        let interval = unstable_range(points, one, rising);
-        // The other end of an interval that has been followed from here.
-        let known = |d: &PeriodDoubledBranch| {
+        let (before, after) = (b.after, b.after + 1);
+        let rising = points[after].unstable_count() > points[before].unstable_count();
+        let interval = unstable_range(points, before, rising);
+        // The other end of an interval that has been followed already.
+        let is_known = |d: &PeriodDoubledBranch| {
             interval.contains(&d.point_range.start) || d.point_range.contains(&interval.start)
         };
-        if all.iter().any(known) {
+        if branches.iter().any(is_known) {
             continue;
         }
         let order: Vec<usize> = match rising {
             true => interval.clone().collect(),
             false => interval.clone().rev().collect(),
         };
-        let followed = trace(family, options, points, &order);
-        if !followed.is_empty() {
-            all.push(PeriodDoubledBranch {
-                bifurcation: born,
-                points: followed,
+        let orbits = trace(family, options, points, &order);
+        if !orbits.is_empty() {
+            branches.push(PeriodDoubledBranch {
+                bifurcation: number,
+                points: orbits,
                 point_range: interval,
             });
         }
     }
-    all
+    branches
 }
 
-/// Numbers of the points on the unstable side of the step after `one`, as far as they are unstable.
-fn unstable_range(points: &[PeriodicSolution], one: usize, rising: bool) -> Range<usize> {
-    let counts = |k: &usize| {
+/// Contiguous unstable points on the unstable side of the step after point `before`.
+fn unstable_range(points: &[PeriodicSolution], before: usize, rising: bool) -> Range<usize> {
+    let is_unstable = |k: &usize| {
         points[*k].unstable_count() > 0 && points[*k].refinement == Refinement::Shooting
     };
     match rising {
-        true => one + 1..one + 1 + (one + 1..points.len()).take_while(counts).count(),
-        false => one + 1 - (0..=one).rev().take_while(counts).count()..one + 1,
+        true => before + 1..before + 1 + (before + 1..points.len()).take_while(is_unstable).count(),
+        false => before + 1 - (0..=before).rev().take_while(is_unstable).count()..before + 1,
     }
 }
 
@@ -93,21 +93,21 @@ fn trace(
     points: &[PeriodicSolution],
     order: &[usize],
 ) -> Vec<PeriodicSolution> {
-    let mut found: Vec<PeriodicSolution> = Vec::new();
-    // From the motion of one period to that of two, at the last speed.
-    let mut beside: Option<Vec<f64>> = None;
-    for (tried, &at) in order.iter().enumerate() {
-        let single = &points[at];
+    let mut orbits: Vec<PeriodicSolution> = Vec::new();
+    // Offset of the period-2 orbit from the period-1 orbit at the last speed.
+    let mut offset: Option<Vec<f64>> = None;
+    for (n_tried, &k) in order.iter().enumerate() {
+        let single = &points[k];
         let model = family.relative_at(single.omega);
-        let next = match &beside {
+        let next = match &offset {
             Some(offset) => find_doubled_orbit(&model, single, std::slice::from_ref(offset)),
-            None if tried < MAX_POINTS_TRIED => {
+            None if n_tried < MAX_POINTS_TRIED => {
                 find_doubled_orbit(&model, single, &unstable_directions(&model, single))
             }
             None => break,
         };
         let Some((start, multipliers)) = next else {
-            match beside {
+            match offset {
                 Some(_) => break,
                 None => continue,
             }
@@ -116,14 +116,14 @@ fn trace(
         else {
             break;
         };
-        beside = Some(
+        offset = Some(
             start
                 .iter()
                 .zip(&single.start)
                 .map(|(a, b)| a - b)
                 .collect(),
         );
-        found.push(PeriodicSolution {
+        orbits.push(PeriodicSolution {
             omega: single.omega,
             orders: single.orders,
             truncation_error: single.truncation_error,
@@ -131,13 +131,13 @@ fn trace(
             start,
             multipliers,
             outputs,
-            sense: single.sense,
+            frequency_tangent: single.frequency_tangent,
         });
     }
-    found
+    orbits
 }
 
-/// Start and multipliers of a motion of two periods next to one of one.
+/// Initial state and multipliers of a period-2 orbit near a period-1 orbit.
 fn find_doubled_orbit(
     model: &DynamicModel,
     single: &PeriodicSolution,
@@ -150,38 +150,38 @@ fn find_doubled_orbit(
             .zip(offset)
             .map(|(y, o)| y + o)
             .collect();
-        let found = find_orbit(model, &guess, 2).ok()?;
-        let once = return_map(model, &found.start, 1).ok()?;
+        let orbit = find_orbit(model, &guess, 2).ok()?;
+        let period = return_map(model, &orbit.start, 1).ok()?;
         let size = |values: &[f64]| values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let comes_back =
-            size(&once.residual(&found.start)) <= PERIOD_ONE_TOLERANCE * size(&once.end);
-        (!comes_back).then_some((found.start, found.multipliers))
+        let has_period_one =
+            size(&period.residual(&orbit.start)) <= PERIOD_ONE_TOLERANCE * size(&period.end);
+        (!has_period_one).then_some((orbit.start, orbit.multipliers))
     })
 }
 
-/// Displacements along what grows most in a period, of several sizes.
+/// Perturbations of several sizes along the dominant eigenvector of the monodromy matrix.
 fn unstable_directions(model: &DynamicModel, single: &PeriodicSolution) -> Vec<Vec<f64>> {
-    let Ok(back) = return_map(model, &single.start, 1) else {
+    let Ok(map) = return_map(model, &single.start, 1) else {
         return Vec::new();
     };
-    let n = back.end.len();
-    let mut along: Vec<f64> = (0..n).map(|i| 1.0 + 0.1 * i as f64).collect();
+    let n = map.end.len();
+    let mut direction: Vec<f64> = (0..n).map(|i| 1.0 + 0.1 * i as f64).collect();
     for _ in 0..POWER_ITERATIONS {
-        let next: Vec<f64> = back
+        let next: Vec<f64> = map
             .jacobian
             .chunks_exact(n)
-            .map(|row| row.iter().zip(&along).map(|(a, b)| a * b).sum())
+            .map(|row| row.iter().zip(&direction).map(|(a, b)| a * b).sum())
             .collect();
         let size = next.iter().fold(0.0f64, |m: f64, x: &f64| m.max(x.abs()));
         if !(size > 0.0 && size.is_finite()) {
             return Vec::new();
         }
-        along = next.iter().map(|x| x / size).collect();
+        direction = next.iter().map(|x| x / size).collect();
     }
-    let size = back.end.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let sized = |share: &f64| {
-        let each = along.iter().zip(&back.units);
-        each.map(|(x, unit)| share * size * x * unit).collect()
+    let size = map.end.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let scaled = |factor: &f64| {
+        let terms = direction.iter().zip(&map.units);
+        terms.map(|(x, unit)| factor * size * x * unit).collect()
     };
-    PERTURBATIONS.iter().map(sized).collect()
+    PERTURBATIONS.iter().map(scaled).collect()
 }

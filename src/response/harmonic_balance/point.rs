@@ -1,4 +1,4 @@
-//! One periodic solution: state, Floquet multipliers, output statistics.
+//! Periodic solution at one point of the curve: state, Floquet multipliers, output statistics.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -16,40 +16,40 @@ use crate::motion::problem::{IntegrationOptions, Observer, StepSize};
 use crate::motion::regime::Regime;
 use crate::numeric::Complex;
 
-/// Refinement by which a motion was found.
+/// Method by which a periodic solution was determined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refinement {
-    /// By its orders alone.
+    /// Harmonic balance alone.
     HarmonicBalance,
-    /// By its orders, then by shooting with every switch located.
+    /// Harmonic balance, then shooting with located switching events.
     Shooting,
 }
 
-/// Statistics of an output over a period.
+/// Statistics of an output over a period, in the unit of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputStats {
-    /// The mean.
+    /// Mean.
     pub mean: f64,
-    /// The largest value.
+    /// Maximum.
     pub max: f64,
-    /// The least.
+    /// Minimum.
     pub min: f64,
-    /// The root of the mean square about the mean.
+    /// Standard deviation.
     pub std_dev: f64,
 }
 
 impl OutputStats {
-    /// Half of peak to peak.
+    /// Half of the peak-to-peak value.
     pub fn amplitude(&self) -> f64 {
         0.5 * (self.max - self.min)
     }
 
-    /// Statistics of equally spaced values over a period; extremes by parabolas through three.
+    /// Statistics of equidistant samples over a period; extremes by parabolas through three samples.
     fn from_samples(values: &[f64]) -> OutputStats {
         let n = values.len();
         let mean = values.iter().sum::<f64>() / n as f64;
         let square = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n as f64;
-        let highest = |sign: f64| {
+        let extreme = |sign: f64| {
             let at = (0..n).fold(0, |best, j| {
                 if sign * values[j] > sign * values[best] {
                     j
@@ -58,40 +58,40 @@ impl OutputStats {
                 }
             });
             let [a, b, c] = [values[(at + n - 1) % n], values[at], values[(at + 1) % n]];
-            let bend = a - 2.0 * b + c;
-            match bend * sign < 0.0 {
-                true => b - (a - c).powi(2) / (8.0 * bend),
+            let curvature = a - 2.0 * b + c;
+            match curvature * sign < 0.0 {
+                true => b - (a - c).powi(2) / (8.0 * curvature),
                 false => b,
             }
         };
         OutputStats {
             mean,
-            max: highest(1.0),
-            min: highest(-1.0),
+            max: extreme(1.0),
+            min: extreme(-1.0),
             std_dev: square.sqrt(),
         }
     }
 }
 
-/// A periodic motion.
+/// A periodic solution.
 #[derive(Debug, Clone)]
 pub struct PeriodicSolution {
     /// Base frequency of the excitation, rad/s.
     pub omega: f64,
-    /// Orders of the balance.
+    /// Highest harmonic of the balance.
     pub orders: usize,
     /// Truncation error: contribution of higher orders, relative to the size of the deflections.
     pub truncation_error: f64,
-    /// Refinement by which the solution was found.
+    /// Method by which the solution was determined.
     pub refinement: Refinement,
-    /// State at the start of a period, of the machine against its free turning.
+    /// State `[x, ẋ, z]` at the start of a period, relative to the free rotation of the machine.
     pub start: Vec<f64>,
-    /// Floquet multipliers by falling size, those of free motions left out.
+    /// Floquet multipliers by falling modulus, without those of free motions.
     pub multipliers: Vec<Complex>,
     /// Statistics of every output.
     pub outputs: Vec<OutputStats>,
-    /// The sense in which the frequency changes along the curve here: positive where it rises.
-    pub sense: f64,
+    /// Frequency component of the curve tangent: positive if the frequency rises along the curve.
+    pub frequency_tangent: f64,
 }
 
 impl PeriodicSolution {
@@ -104,25 +104,25 @@ impl PeriodicSolution {
     }
 }
 
-/// Samples of a period for the extents of outputs.
+/// Number of samples per period for the output statistics.
 const SAMPLES: usize = 512;
 
-/// Orbit tolerance relative to the size of the motion: shooting that ends further away has found another orbit.
+/// Orbit tolerance relative to the size of the motion: an orbit farther away is another solution.
 const ORBIT_TOLERANCE: f64 = 0.02;
 
-/// Evaluations requested at every point.
+/// Requested evaluations at every point.
 #[derive(Clone, Copy)]
 pub struct PointOptions<'a> {
-    /// Outputs over the machine as it was given.
+    /// Outputs of the full machine, before its reduction to relative coordinates.
     pub outputs: &'a MotionOutputs,
-    /// Refine by events where the machine allows.
+    /// Refine by shooting with events if the machine allows it.
     pub events: bool,
 }
 
-/// A solution of the balance, refined where that is possible.
+/// Periodic solution of the harmonic balance, refined by shooting if requested and possible.
 ///
 /// # Errors
-/// Those of the linear part, of the multipliers.
+/// Errors of the linear part and of the multipliers.
 pub fn periodic_solution(
     balance: &mut HarmonicBalance,
     x: &HarmonicUnknowns,
@@ -131,14 +131,14 @@ pub fn periodic_solution(
 ) -> Result<PeriodicSolution, Error> {
     let omega = balance.omega(x);
     let family = balance.family;
-    let left_out = balance.truncation_error(x)?;
+    let truncation_error = balance.truncation_error(x)?;
     let motion = balance.motion(x)?;
     let start = state(balance, &motion, omega, 0.0);
-    let exact = match options.events {
+    let orbit = match options.events {
         true => refine(family, omega, &start),
         false => None,
     };
-    let (result, start, multipliers) = match exact {
+    let (refinement, start, multipliers) = match orbit {
         Some(orbit) => (Refinement::Shooting, orbit.start, orbit.multipliers),
         None => (
             Refinement::HarmonicBalance,
@@ -146,7 +146,7 @@ pub fn periodic_solution(
             floquet_multipliers(balance, x)?,
         ),
     };
-    let outputs = match result {
+    let outputs = match refinement {
         Refinement::Shooting => sample_with_events(family, omega, 1, &start, options.outputs)?,
         Refinement::HarmonicBalance => sample_outputs(balance, &motion, omega, options.outputs),
     };
@@ -154,28 +154,28 @@ pub fn periodic_solution(
     Ok(PeriodicSolution {
         omega,
         orders: balance.orders,
-        truncation_error: left_out,
-        refinement: result,
+        truncation_error,
+        refinement,
         start,
         multipliers,
         outputs,
-        sense,
+        frequency_tangent: sense,
     })
 }
 
-/// The orbit with every switch located, if it is this one.
+/// Orbit by shooting with located switching events; `None` if it fails or ends at another orbit.
 pub fn refine(family: &SpeedFamily, omega: f64, start: &[f64]) -> Option<PeriodicOrbit> {
-    let found = find_orbit(&family.relative_at(omega), start, 1).ok()?;
+    let orbit = find_orbit(&family.relative_at(omega), start, 1).ok()?;
     let n = family.relative.model.coordinate_count();
     let size =
         |part: std::ops::Range<usize>| start[part].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let moved = |part: std::ops::Range<usize>| {
-        part.map(|i| (found.start[i] - start[i]).abs())
+    let change = |part: std::ops::Range<usize>| {
+        part.map(|i| (orbit.start[i] - start[i]).abs())
             .fold(0.0, f64::max)
     };
-    let near = moved(0..n) <= ORBIT_TOLERANCE * size(0..n)
-        && moved(n..2 * n) <= ORBIT_TOLERANCE * (size(n..2 * n) + omega * size(0..n));
-    near.then_some(found)
+    let is_same = change(0..n) <= ORBIT_TOLERANCE * size(0..n)
+        && change(n..2 * n) <= ORBIT_TOLERANCE * (size(n..2 * n) + omega * size(0..n));
+    is_same.then_some(orbit)
 }
 
 fn floquet_multipliers(
@@ -186,22 +186,22 @@ fn floquet_multipliers(
     let (family, active) = (balance.family, &balance.lines.active);
     let alternating = balance.alternating();
     let periods: Vec<_> = (0..active.len())
-        .map(|own| alternating.period(family, active, own, &delta[own], omega))
+        .map(|element| alternating.period(family, active, element, &delta[element], omega))
         .collect();
     multipliers(family, active, &periods, omega)
 }
 
-/// `[x, ẋ, z]` at a share of the period.
+/// State `[x, ẋ, z]` at a share of the period.
 fn state(balance: &HarmonicBalance, motion: &[Vec<Complex>], omega: f64, share: f64) -> Vec<f64> {
     let n = balance.lines.coordinate_count();
     let inner = balance.family.relative.model.internal_count();
     let mut y = vec![0.0; 2 * n + inner];
     for (k, line) in motion.iter().enumerate() {
         let angle = TAU * k as f64 * share;
-        let turn = Complex::new(angle.cos(), angle.sin()) * if k == 0 { 1.0 } else { 2.0 };
+        let phasor = Complex::new(angle.cos(), angle.sin()) * if k == 0 { 1.0 } else { 2.0 };
         let rate = Complex::new(0.0, k as f64 * omega);
         for (i, x) in line.iter().enumerate() {
-            let x = x * turn;
+            let x = x * phasor;
             y[i] += x.re;
             y[n + i] += (x * rate).re;
         }
@@ -212,20 +212,20 @@ fn state(balance: &HarmonicBalance, motion: &[Vec<Complex>], omega: f64, share: 
                 .iter()
                 .enumerate()
             {
-                y[2 * n + i] += (z * turn).re;
+                y[2 * n + i] += (z * phasor).re;
             }
         }
     }
     y
 }
 
-/// The state of the machine as it was given.
+/// State of the full machine.
 fn full_state(family: &SpeedFamily, y: &[f64]) -> Vec<f64> {
     let n = family.relative.model.coordinate_count();
-    let mut all = family.relative.full_coordinates(&y[..n]);
-    all.extend(family.relative.full_coordinates(&y[n..2 * n]));
-    all.extend(&y[2 * n..]);
-    all
+    let mut full = family.relative.full_coordinates(&y[..n]);
+    full.extend(family.relative.full_coordinates(&y[n..2 * n]));
+    full.extend(&y[2 * n..]);
+    full
 }
 
 fn sample_outputs(
@@ -243,10 +243,10 @@ fn sample_outputs(
             outputs.evaluate(&model, None, share * TAU / omega, &y)
         })
         .collect();
-    extents(&rows, outputs.list.len())
+    statistics(&rows, outputs.list.len())
 }
 
-/// Extents of outputs over so many periods, by events.
+/// Output statistics over `periods` periods, integrated with located events.
 pub(super) fn sample_with_events(
     family: &SpeedFamily,
     omega: f64,
@@ -254,7 +254,7 @@ pub(super) fn sample_with_events(
     start: &[f64],
     outputs: &MotionOutputs,
 ) -> Result<Vec<OutputStats>, Error> {
-    let (model, given) = (family.relative_at(omega), family.model_at(omega));
+    let (model, full_model) = (family.relative_at(omega), family.model_at(omega));
     let samples = periods * SAMPLES;
     let options = IntegrationOptions {
         from: 0.0,
@@ -269,15 +269,15 @@ pub(super) fn sample_with_events(
     let mut rows = Vec::with_capacity(samples);
     let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {
         if rows.len() < samples {
-            rows.push(outputs.evaluate(&given, None, t, &full_state(family, y)));
+            rows.push(outputs.evaluate(&full_model, None, t, &full_state(family, y)));
         }
         ControlFlow::Continue(())
     };
     (periodic::METHOD.run)(&model, &options, &mut sink)?;
-    Ok(extents(&rows, outputs.list.len()))
+    Ok(statistics(&rows, outputs.list.len()))
 }
 
-fn extents(rows: &[Vec<f64>], outputs: usize) -> Vec<OutputStats> {
+fn statistics(rows: &[Vec<f64>], outputs: usize) -> Vec<OutputStats> {
     (0..outputs)
         .map(|at| OutputStats::from_samples(&rows.iter().map(|row| row[at]).collect::<Vec<f64>>()))
         .collect()

@@ -45,7 +45,7 @@ impl RelativeModel {
         };
         let holds = model.elements.iter().filter(|b| is_elastic(&b.law));
         let mut rows: Vec<Vec<f64>> = holds.map(|b| scaled(over(&b.direction))).collect();
-        if let Some((stiffness, _)) = &model.unattached {
+        if let Some((stiffness, _)) = &model.global_matrices {
             rows.extend(
                 keep.iter()
                     .map(|&i| scaled(keep.iter().map(|&j| stiffness[(i, j)]).collect())),
@@ -69,7 +69,7 @@ impl RelativeModel {
                 .any(|b| touches(&over(&b.direction), r) || touches(&over(b.force_direction()), r))
         };
         let damped = |r: &Vec<f64>| {
-            model.unattached.as_ref().is_some_and(|(_, c)| {
+            model.global_matrices.as_ref().is_some_and(|(_, c)| {
                 keep.iter().any(|&i| {
                     let row: Vec<f64> = keep.iter().map(|&j| c[(i, j)]).collect();
                     touches(&row, r)
@@ -78,7 +78,7 @@ impl RelativeModel {
         };
         let coupled = free.iter().any(|r| felt(r, &|_| true) || damped(r));
         // Dry friction that slides takes the same at any speed.
-        let unheld = |r: &&Vec<f64>| !felt(r, &|law| !law.is_dry()) && !damped(r);
+        let unheld = |r: &&Vec<f64>| !felt(r, &|law| !law.is_dry_friction()) && !damped(r);
         let neutral = free.len() + free.iter().filter(unheld).count();
         let (columns, free) = match rigid == 0 || coupled {
             true => {
@@ -212,8 +212,8 @@ fn transform_model(model: &DynamicModel, transform: &Matrix) -> Result<DynamicMo
         elements: model.elements.iter().map(branch).collect(),
         forces: model.forces.iter().map(drive).collect(),
         mass_damping: model.mass_damping,
-        unattached: model
-            .unattached
+        global_matrices: model
+            .global_matrices
             .as_ref()
             .map(|(k, c)| (between(k), between(c))),
     })

@@ -153,11 +153,11 @@ impl ParameterSweep {
         const MAX_ROWS: u32 = 1000;
         let form = || {
             let message = format!(
-                "\"{}\" is no second axis of a chart",
+                "\"{}\" is not a second axis of a chart",
                 quantity::truncate(text)
             );
             let hint = format!(
-                "{subject} takes depth=first:last:rows or damping=first:last:rows, factors on what the scene has, such as depth=0:1:21"
+                "{subject} takes depth=first:last:rows or damping=first:last:rows, factors of the values of the scene, such as depth=0:1:21"
             );
             Error::new(Code::OutOfRange, message).with_hint(hint)
         };

@@ -107,7 +107,7 @@ impl InputHold {
 
 impl Word for InputHold {
     const WORDS: &'static [(&'static str, InputHold, &'static str)] = &[
-        ("zero", InputHold::Zero, "Inputs hold their value"),
+        ("zero", InputHold::Zero, "Inputs are held constant"),
         (
             "first",
             InputHold::First,
@@ -157,7 +157,7 @@ impl ReductionStudy {
             }
             (other, None) => other,
             (_, Some(_)) => {
-                let message = "`condense_at` belongs to `reduce = \"dynamic\"`";
+                let message = "`condense_at` applies to `reduce = \"dynamic\"` only";
                 f.report_key(Code::Conflict, "condense_at", message, "leave it out");
                 return None;
             }

@@ -163,7 +163,7 @@ impl OrderTrackingStudy {
             })
         });
         read.ok_or_else(|| {
-            let message = format!("\"{}\" names no orders of a node", quantity::truncate(text));
+            let message = format!("\"{}\" is not orders of a node", quantity::truncate(text));
             let hint =
                 format!("{subject} takes node:order,order…, such as motor:1,21 or motor:37/12");
             Error::new(Code::OutOfRange, message).with_hint(hint)
@@ -181,7 +181,7 @@ fn parse_shaft_pair(text: &str, subject: &str) -> Result<[String; 2], Error> {
             Ok([a, b].map(|node| node.trim().to_string()))
         }
         _ => {
-            let message = format!("\"{}\" names no two nodes", quantity::truncate(text));
+            let message = format!("\"{}\" does not name two nodes", quantity::truncate(text));
             let hint = format!("{subject} takes input:output, such as motor:spindle");
             Err(Error::new(Code::OutOfRange, message).with_hint(hint))
         }

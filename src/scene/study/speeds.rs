@@ -45,10 +45,10 @@ impl SpeedRange {
             [from, to] => (from, to, DEFAULT),
             [from, to, count] => {
                 let count = count.trim().parse();
-                let count = count.map_err(|_| form("its third part is no number of points"))?;
+                let count = count.map_err(|_| form("its third part is not a number of points"))?;
                 (from, to, count)
             }
-            _ => return Err(form("it has not two or three parts")),
+            _ => return Err(form("it does not have two or three parts")),
         };
         let speed = |text: &str| quantity::parse_or_bare(text, QuantityKind::Speed, "rpm", subject);
         let (from, to) = (speed(from)?, speed(to)?);

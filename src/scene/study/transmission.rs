@@ -77,9 +77,9 @@ impl IndexingStudy {
             Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?))
         });
         let Some((behind, teeth)) = read else {
-            let message = format!("\"{}\" is no indexing", quantity::truncate(text));
+            let message = format!("\"{}\" is not an indexing", quantity::truncate(text));
             let hint = format!(
-                "{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37"
+                "{subject} takes the element after which the work is indexed, and the teeth of the work, such as differential:37"
             );
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         };

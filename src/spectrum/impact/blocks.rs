@@ -1,4 +1,4 @@
-//! Hits cut out of a record: those that fail are set aside, and the block that the others fill.
+//! Hits of an impact record: detection, rejection, and choice of the block length.
 
 use std::ops::Range;
 
@@ -7,32 +7,32 @@ use super::{ImpactOptions, MIN_NOISE_SAMPLES, RejectReason};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::fft::next_fast_len;
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 use crate::spectrum::force_pulses::{ForcePulse, is_clipped, median, pulses_to};
 
-/// A second pulse of this share of the first makes a hit double.
+/// Height of a second pulse relative to the largest above which a hit is double.
 const DOUBLE_HIT_SHARE: f64 = 0.1;
 
-/// An exponential window brings what is left at the end of the block down to this share.
+/// Level at the end of the block, relative to the largest, to which an exponential window reduces the response.
 const END_LEVEL: f64 = 0.01;
 
-/// A peak of so many steps of resolution is not met twice by chance: of two peaks within 10 % less often than once in 400.
+/// Peak height in quantisation steps above which equal peaks are no coincidence: of two peaks within 10 % less often than once in 400.
 const MIN_PEAK_LEVELS: f64 = 4096.0;
 
-/// Block length over the time for which the response exceeds the noise: what lies below the noise of one sample still counts in the sum
-/// over many, and cutting it off biases the low modes.
+/// Block length relative to the time for which the response exceeds the noise. The response below the noise of one sample still adds to
+/// the sum over many, and truncating it biases the low modes.
 const BLOCK_PER_DECAY: usize = 3;
 
-/// A hit with its surroundings, in samples of the record.
+/// Hit with its block, in samples of the record.
 pub(super) struct HitBlock {
     pub(super) pulse: ForcePulse,
     /// First sample of the block.
     pub(super) start: usize,
     /// First sample of the next hit's block, or end of the segment.
     pub(super) limit: usize,
-    /// Before the block, back to the last hit.
-    pub(super) quiet: Range<usize>,
-    /// Level of every channel between hits.
+    /// Later half of the samples between the previous hit and the block.
+    pub(super) pre_hit: Range<usize>,
+    /// Baseline of every channel between hits.
     pub(super) baseline: Vec<f64>,
     pub(super) rejected: Option<RejectReason>,
 }
@@ -41,94 +41,94 @@ pub(super) struct ImpactRecord<'a> {
     pub(super) rate_hz: f64,
     pub(super) channels: Vec<&'a [f64]>,
     pub(super) force_share: Option<f64>,
-    pub(super) cuts: Vec<HitBlock>,
+    pub(super) hits: Vec<HitBlock>,
 }
 
 impl ImpactRecord<'_> {
     /// Adds the hits of a segment.
-    pub(super) fn cut(&mut self, segment: &Range<usize>, options: &ImpactOptions) {
-        let found = pulses_to(&self.channels[0][segment.clone()], options.both_sides);
+    pub(super) fn add_hits(&mut self, segment: &Range<usize>, options: &ImpactOptions) {
+        let detection = pulses_to(&self.channels[0][segment.clone()], options.both_signs);
         let level = |channel: &&[f64]| median(&channel[segment.clone()]);
         let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
-        baseline[0] = found.baseline;
-        let apart = (options.double_within_s * self.rate_hz) as usize;
-        let first = self.cuts.len();
-        let mut strokes = found.pulses.into_iter().peekable();
-        let mut quiet_from = segment.start;
-        while let Some(pulse) = strokes.next() {
-            let mut stroke = vec![pulse];
-            while let Some(next) = strokes.next_if(|p| {
-                stroke
+        baseline[0] = detection.baseline;
+        let max_gap = (options.bounce_time_s * self.rate_hz) as usize;
+        let first_hit = self.hits.len();
+        let mut pulses = detection.pulses.into_iter().peekable();
+        let mut previous_end = segment.start;
+        while let Some(pulse) = pulses.next() {
+            let mut group = vec![pulse];
+            while let Some(next) = pulses.next_if(|p| {
+                group
                     .last()
-                    .is_some_and(|l| p.samples.start < l.samples.end + apart)
+                    .is_some_and(|l| p.samples.start < l.samples.end + max_gap)
             }) {
-                stroke.push(next);
+                group.push(next);
             }
-            let begin = segment.start + stroke[0].samples.start;
-            let end = segment.start + stroke.last().map_or(0, |p| p.samples.end);
-            sort_falling(&mut stroke, |a| a.height.abs());
-            let is_double = stroke.get(1).is_some_and(|second| {
-                second.height.abs() > DOUBLE_HIT_SHARE * stroke[0].height.abs()
+            let begin = segment.start + group[0].samples.start;
+            let end = segment.start + group.last().map_or(0, |p| p.samples.end);
+            sort_descending(&mut group, |a| a.height.abs());
+            let is_double = group.get(1).is_some_and(|second| {
+                second.height.abs() > DOUBLE_HIT_SHARE * group[0].height.abs()
             });
-            let mut pulse = stroke.swap_remove(0);
+            let mut pulse = group.swap_remove(0);
             pulse.peak += segment.start;
             pulse.samples = begin..pulse.samples.end + segment.start;
             let lead = (2 * pulse.samples.len()).max(8);
             let start = begin.saturating_sub(lead).max(segment.start);
-            self.cuts.push(HitBlock {
+            self.hits.push(HitBlock {
                 rejected: if is_double {
                     Some(RejectReason::Double)
                 } else {
                     (begin == segment.start).then_some(RejectReason::LateStart)
                 },
-                quiet: quiet_from.min(start)..start,
+                pre_hit: previous_end.min(start)..start,
                 start,
                 limit: segment.end,
                 baseline: baseline.clone(),
                 pulse,
             });
-            quiet_from = end;
+            previous_end = end;
         }
-        for at in first + 1..self.cuts.len() {
-            self.cuts[at - 1].limit = self.cuts[at].start;
+        for index in first_hit + 1..self.hits.len() {
+            self.hits[index - 1].limit = self.hits[index].start;
         }
-        // What still rings from the hit before is no noise: the later half of the quiet counts.
-        for cut in &mut self.cuts[first..] {
-            cut.quiet.start += cut.quiet.len() / 2;
+        // The response to the previous hit may still decay: only the later half counts as noise.
+        for hit in &mut self.hits[first_hit..] {
+            hit.pre_hit.start += hit.pre_hit.len() / 2;
         }
     }
 
-    /// Sets clipped hits aside: a bounce of a clipped force is judged by a height that is not its own.
+    /// Rejects clipped hits, also those rejected as double, since the height of a clipped pulse is unknown.
     pub(super) fn reject_overloads(&mut self, options: &ImpactOptions) {
         let limits: Vec<[Option<f64>; 2]> = (0..self.channels.len())
-            .map(|at| match options.both_sides {
+            .map(|channel| match options.both_signs {
                 true => [None; 2],
-                false => self.shared_extremes(at),
+                false => self.shared_extremes(channel),
             })
             .collect();
-        let is_over = |at: usize, samples: &[f64]| match options.overload.get(at) {
+        let is_over = |channel: usize, samples: &[f64]| match options.overload.get(channel) {
             Some(Some(level)) => samples.iter().any(|x| x.abs() >= *level),
             _ => {
-                let is_on_limit = |x: &f64| limits[at].contains(&Some(*x));
+                let is_on_limit = |x: &f64| limits[channel].contains(&Some(*x));
                 is_clipped(samples) || samples.iter().any(is_on_limit)
             }
         };
-        for cut in &mut self.cuts {
-            let is_known = |r: &Range<usize>| r.start < cut.limit && cut.start < r.end;
-            let clipped = (0..self.channels.len()).find(|&at| {
-                let known = options.clipped.get(at);
-                known.is_some_and(|ranges| ranges.iter().any(is_known))
-                    || is_over(at, &self.channels[at][cut.start..cut.limit])
+        for hit in &mut self.hits {
+            let overlaps = |r: &Range<usize>| r.start < hit.limit && hit.start < r.end;
+            let clipped = (0..self.channels.len()).find(|&channel| {
+                let clipped_ranges = options.clipped.get(channel);
+                clipped_ranges.is_some_and(|ranges| ranges.iter().any(overlaps))
+                    || is_over(channel, &self.channels[channel][hit.start..hit.limit])
             });
-            if let Some(at) = clipped {
-                cut.rejected = Some(RejectReason::Clipped(at));
+            if let Some(channel) = clipped {
+                hit.rejected = Some(RejectReason::Clipped(channel));
             }
         }
     }
 
-    /// Largest and smallest value of a channel where it is a limit: two hits and more end at it exactly, and one rests on it.
+    /// Smallest and largest value of a channel where it is a clipping limit: two or more hits reach it exactly, and one stays at it.
     ///
-    /// Hits differ in strength, so that in a signal of many levels no two have the same peak by chance.
+    /// Hits differ in strength, so that two equal peaks in a signal of many levels are no coincidence.
     fn shared_extremes(&self, channel: usize) -> [Option<f64>; 2] {
         let samples = self.channels[channel];
         let mut resolution = f64::INFINITY;
@@ -139,64 +139,64 @@ impl ImpactRecord<'_> {
             (l.min(*x), h.max(*x))
         });
         let is_limit = |extreme: f64| {
-            let rests = |block: &[f64]| block.windows(2).any(|p| p == [extreme; 2]);
-            let blocks = || self.cuts.iter().map(|cut| &samples[cut.start..cut.limit]);
-            (extreme - self.cuts[0].baseline[channel]).abs() > MIN_PEAK_LEVELS * resolution
+            let stays = |block: &[f64]| block.windows(2).any(|p| p == [extreme; 2]);
+            let blocks = || self.hits.iter().map(|hit| &samples[hit.start..hit.limit]);
+            (extreme - self.hits[0].baseline[channel]).abs() > MIN_PEAK_LEVELS * resolution
                 && blocks().filter(|b| b.contains(&extreme)).count() > 1
-                && blocks().any(rests)
+                && blocks().any(stays)
         };
         [low, high].map(|extreme| is_limit(extreme).then_some(extreme))
     }
 
     pub(super) fn accepted(&self) -> impl Iterator<Item = &HitBlock> {
-        self.cuts.iter().filter(|cut| cut.rejected.is_none())
+        self.hits.iter().filter(|hit| hit.rejected.is_none())
     }
 
-    /// A response about its level.
-    pub(super) fn response(&self, channel: usize, cut: &HitBlock, range: Range<usize>) -> Vec<f64> {
-        let level = cut.baseline[channel];
+    /// Response of a channel less its baseline.
+    pub(super) fn response(&self, channel: usize, hit: &HitBlock, range: Range<usize>) -> Vec<f64> {
+        let level = hit.baseline[channel];
         let samples = &self.channels[channel][range];
         samples.iter().map(|x| x - level).collect()
     }
 
-    /// The block's length, and the rate of the exponential window it needs; hits that do not fill it are set aside.
+    /// Block length, samples, and decay rate of the exponential window, 1/s; rejects hits that do not fill the block.
     pub(super) fn choose_block(&mut self, options: &ImpactOptions) -> Result<(usize, f64), Error> {
         let noise: Vec<f64> = (0..self.channels.len())
             .map(|channel| self.noise(channel))
             .collect();
-        let mut free: Vec<usize> = self.accepted().map(|cut| cut.limit - cut.start).collect();
-        free.sort_unstable();
-        // So long that three quarters of the hits fill it at least, by the largest product of length and hits.
-        let worth = |&at: &usize| free[at] * (free.len() - at);
-        let Some(at) = (0..(free.len() / 4 + 1).min(free.len()))
+        let mut lengths: Vec<usize> = self.accepted().map(|hit| hit.limit - hit.start).collect();
+        lengths.sort_unstable();
+        // At least three quarters of the hits fill the block; the product of length and hits is maximal.
+        let samples_used = |&index: &usize| lengths[index] * (lengths.len() - index);
+        let Some(index) = (0..(lengths.len() / 4 + 1).min(lengths.len()))
             .rev()
-            .max_by_key(worth)
+            .max_by_key(samples_used)
         else {
             return Err(self.no_valid_hit());
         };
-        let most = free[at];
-        let mut decayed = 0;
-        for cut in self.accepted() {
+        let longest = lengths[index];
+        let mut decay = 0;
+        for hit in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response = self.response(channel, cut, cut.start..cut.limit);
-                decayed = decayed.max(decay_length(&response, noise[channel]));
+                let response = self.response(channel, hit, hit.start..hit.limit);
+                decay = decay.max(decay_length(&response, noise[channel]));
             }
         }
-        let wanted = options.block.unwrap_or(if decayed == 0 {
-            most
+        let length = options.block.unwrap_or(if decay == 0 {
+            longest
         } else {
-            decayed.saturating_mul(BLOCK_PER_DECAY).min(most)
+            decay.saturating_mul(BLOCK_PER_DECAY).min(longest)
         });
         let block = match options.block {
             Some(n) => n,
-            None => (16..=wanted.max(16))
+            None => (16..=length.max(16))
                 .rev()
                 .find(|&n| next_fast_len(n) == n)
                 .unwrap_or(16),
         };
-        for cut in &mut self.cuts {
-            if cut.rejected.is_none() && cut.limit - cut.start < block {
-                cut.rejected = Some(RejectReason::CutShort);
+        for hit in &mut self.hits {
+            if hit.rejected.is_none() && hit.limit - hit.start < block {
+                hit.rejected = Some(RejectReason::CutShort);
             }
         }
         if self.accepted().next().is_none() {
@@ -205,41 +205,41 @@ impl ImpactRecord<'_> {
         if let Some(end) = options.end {
             return Ok((block, -end.ln() * self.rate_hz / block as f64));
         }
-        let mut left: f64 = 0.0;
-        for cut in self.accepted() {
+        let mut end_ratio: f64 = 0.0;
+        for hit in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response = self.response(channel, cut, cut.start..cut.start + block);
+                let response = self.response(channel, hit, hit.start..hit.start + block);
                 let levels = levels(&response);
                 let largest = levels.iter().copied().fold(0.0, f64::max);
                 let last = levels.last().copied().unwrap_or(0.0);
                 if last > NOISE_FACTOR * noise[channel] && largest > 0.0 {
-                    left = left.max(last / largest);
+                    end_ratio = end_ratio.max(last / largest);
                 }
             }
         }
-        let sigma = if left > END_LEVEL {
-            (left / END_LEVEL).ln() * self.rate_hz / block as f64
+        let sigma = if end_ratio > END_LEVEL {
+            (end_ratio / END_LEVEL).ln() * self.rate_hz / block as f64
         } else {
             0.0
         };
         Ok((block, sigma))
     }
 
-    /// The least root mean square of a channel before a hit; 0 where nothing is quiet.
+    /// Least rms of a channel before a hit; 0 if too few samples precede every hit.
     fn noise(&self, channel: usize) -> f64 {
-        let before = self
-            .cuts
+        let candidates = self
+            .hits
             .iter()
-            .filter(|c| c.quiet.len() >= MIN_NOISE_SAMPLES);
-        let level = before
-            .map(|cut| rms(&self.response(channel, cut, cut.quiet.clone())))
+            .filter(|c| c.pre_hit.len() >= MIN_NOISE_SAMPLES);
+        let level = candidates
+            .map(|hit| rms(&self.response(channel, hit, hit.pre_hit.clone())))
             .fold(f64::INFINITY, f64::min);
         if level.is_finite() { level } else { 0.0 }
     }
 
     fn no_valid_hit(&self) -> Error {
-        let faults: Vec<RejectReason> = self.cuts.iter().filter_map(|c| c.rejected).collect();
-        let name = |at: usize| match at {
+        let faults: Vec<RejectReason> = self.hits.iter().filter_map(|c| c.rejected).collect();
+        let name = |channel: usize| match channel {
             0 => "the force".to_string(),
             _ => "a response".to_string(),
         };
@@ -253,21 +253,21 @@ impl ImpactRecord<'_> {
         let reasons: Vec<String> = (reasons.iter())
             .map(|(text, count)| format!("{count} × {text}"))
             .collect();
-        let all = |label: &str| {
-            faults.len() == self.cuts.len() && faults.iter().all(|f| f.label() == label)
+        let only = |label: &str| {
+            faults.len() == self.hits.len() && faults.iter().all(|f| f.label() == label)
         };
         Error::new(
             Code::TooShort,
             format!(
-                "none of {} hits is fit for use: {}",
-                self.cuts.len(),
+                "all {} hits were rejected: {}",
+                self.hits.len(),
                 reasons.join(", ")
             ),
         )
         .with_hint(match () {
-            () if all(RejectReason::LateStart.label()) => "record from before the hit; check with `geardyn check` whether the file holds finished responses",
-            () if all(RejectReason::Clipped(0).label()) => "measure again with a larger range, or hit more gently; where a channel only seems to clip, state its overload level: --overload NAME=LEVEL",
-            _ => "a shorter block, or stated overload levels, let more of them through",
+            () if only(RejectReason::LateStart.label()) => "record from before the hit; check with `geardyn check` whether the file contains frequency responses",
+            () if only(RejectReason::Clipped(0).label()) => "measure again with a larger range, or hit more gently; if the channel did not clip, state its overload level: --overload NAME=LEVEL",
+            _ => "use a shorter block, or state the overload levels",
         })
     }
 }

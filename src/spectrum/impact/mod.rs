@@ -1,8 +1,8 @@
-//! FRFs from hammer hits: clipped, double and truncated hits rejected, the others averaged by H1.
+//! FRFs from hammer hits, averaged by H1; clipped, double and truncated hits are rejected.
 //!
 //! Halvorsen & Brown, Impulse technique for structural frequency response testing, Sound and Vibration 11 (1977), pp. 8–21. The
-//! force is zeroed behind its pulse. Where a response has not decayed at the end of the block, `exp(−σt)` lies on force and
-//! response alike: the response found is the structure's with every pole moved left by σ, exactly.
+//! force is set to zero after its pulse. If a response has not decayed at the end of the block, force and response are weighted
+//! by `exp(−σt)`: the estimate is the response of the structure with every pole shifted by exactly −σ.
 
 mod decay;
 
@@ -24,43 +24,43 @@ use crate::numeric::Complex;
 /// Options for extracting and accepting hits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImpactOptions {
-    /// Samples of a block; `None`: until the responses have decayed, or the next hit.
+    /// Block length, samples; `None`: until the responses have decayed or the next hit begins.
     pub block: Option<usize>,
-    /// Pulses closer than this are one stroke that bounced, s.
-    pub double_within_s: f64,
-    /// Share of the block over which the force is kept; `None`: the pulse and some widths behind it.
+    /// Pulses closer than this are bounces of one hit, s.
+    pub bounce_time_s: f64,
+    /// Length of the force window as a share of the block; `None`: the pulse and some pulse widths after it.
     pub force_share: Option<f64>,
-    /// Final value of an exponential window on force and responses at the end of the block, 1 for none; `None`: as the responses need it.
+    /// Value of the exponential window on force and responses at the end of the block, 1 for none; `None`: by the decay of the responses.
     pub end: Option<f64>,
-    /// Pulses to both sides count, as of the differences of a force that steps.
-    pub both_sides: bool,
-    /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for, and levels that hits share.
+    /// Whether pulses of both signs are hits, as in the differences of a stepped force.
+    pub both_signs: bool,
+    /// Overload levels by channel, force first; if `None` or missing, clipping is detected by flat tops and by levels common to hits.
     pub overload: Vec<Option<f64>>,
-    /// Samples known to be clipped, by channel, force first.
+    /// Ranges of samples known to be clipped, by channel, force first.
     pub clipped: Vec<Vec<Range<usize>>>,
 }
 
 impl Default for ImpactOptions {
-    /// Blocks as the data want them; bounces within 0.1 s, sooner than a hand strikes again.
+    /// Automatic block and windows; bounces within 0.1 s, shorter than the interval between two manual hits.
     fn default() -> ImpactOptions {
         ImpactOptions {
             block: None,
-            double_within_s: 0.1,
+            bounce_time_s: 0.1,
             force_share: None,
             end: None,
-            both_sides: false,
+            both_signs: false,
             overload: Vec::new(),
             clipped: Vec::new(),
         }
     }
 }
 
-/// Why a hit was set aside.
+/// Reason for which a hit was rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RejectReason {
-    /// The hammer struck twice.
+    /// Double hit.
     Double,
-    /// A channel clipped: 0 is the force, 1, 2, … are the responses.
+    /// Channel with this index clipped: 0 is the force, 1, 2, … are the responses.
     Clipped(usize),
     /// The next hit, or the end of the segment, comes before the block is full.
     CutShort,
@@ -69,7 +69,7 @@ pub enum RejectReason {
 }
 
 impl RejectReason {
-    /// In one word or two.
+    /// Short label, one or two words.
     pub fn label(self) -> &'static str {
         match self {
             RejectReason::Double => "double",
@@ -79,7 +79,7 @@ impl RejectReason {
         }
     }
 
-    /// In words, with the name of the channel that clipped.
+    /// Description with the name of the clipped channel.
     pub fn description(self, channel: impl Fn(usize) -> String) -> String {
         match self {
             RejectReason::Double => "the hammer struck twice".to_string(),
@@ -92,45 +92,45 @@ impl RejectReason {
     }
 }
 
-/// A hit of the hammer in the force channel.
+/// Hammer hit in the force channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hit {
-    /// Sample of its largest force.
+    /// Index of the sample of maximum force.
     pub sample: usize,
-    /// Largest force over the level between hits.
+    /// Maximum force above the level between hits, in the unit of the channel.
     pub peak: f64,
-    /// Why it was set aside; `None` where it was used.
+    /// Reason of rejection; `None` if the hit was used.
     pub rejected: Option<RejectReason>,
 }
 
-/// Frequency responses from hits.
+/// Frequency responses estimated from hits.
 #[derive(Debug, Clone)]
 pub struct ImpactEstimate {
     /// Every hit, used or not.
     pub hits: Vec<Hit>,
-    /// Samples of a block.
+    /// Block length, samples.
     pub block: usize,
-    /// Power of the force by line, averaged over the hits used.
+    /// Power of the force by spectral line, averaged over the hits used.
     pub force_power: Vec<f64>,
-    /// Sampling of the pulses; a step is known between its samples as well, and counts as resolved.
+    /// Sampling of the pulses; a stepped force is known between the samples and counts as resolved.
     pub sampling: PulseSampling,
-    /// The responses hit by hit, where there are several.
-    pub by_hit: Vec<HitResponses>,
-    /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
-    /// is no coherence. `window_decay` is σ.
+    /// Frequency responses of single hits, if there are several.
+    pub hit_responses: Vec<HitResponses>,
+    /// Averaged estimate: channel 0 is the force, 1, 2, … are the responses, `window_decay` is σ. With a single hit the variance
+    /// is that of the noise before it, and there is no coherence.
     pub estimate: FrfEstimate,
 }
 
-/// Fewer samples before a hit do not tell its noise.
+/// Minimum number of samples before a hit to estimate its noise.
 const MIN_NOISE_SAMPLES: usize = 32;
 
-/// Frequency responses to the hits of `force`, over the segments of a record.
+/// Estimates frequency responses from the hits of `force` in the segments of a record.
 ///
 /// # Errors
-/// `NoSignal`: no pulse in the force. `TooShort`: no hit fit for use, with the reason of each. `OutOfRange`: options that cannot be.
+/// `NoSignal`: no pulse in the force. `TooShort`: every hit was rejected, with the reasons. `OutOfRange`: invalid options.
 ///
 /// # Panics
-/// Channels of unequal length, stretches beyond them: mistakes of the caller.
+/// If channels differ in length or segments exceed them.
 pub fn estimate_from_hits(
     rate_hz: f64,
     force: &[f64],
@@ -138,10 +138,10 @@ pub fn estimate_from_hits(
     segments: &[Range<usize>],
     options: &ImpactOptions,
 ) -> Result<ImpactEstimate, Error> {
-    if options.block.is_some_and(|n| n < 16) || options.double_within_s.is_nan() {
+    if options.block.is_some_and(|n| n < 16) || options.bounce_time_s.is_nan() {
         return Err(Error::new(
             Code::OutOfRange,
-            "a block of a hit needs 16 samples or more, and bounces a time",
+            "a block of a hit needs 16 samples or more, and the time for double hits must be a number",
         ));
     }
     let mut record = ImpactRecord {
@@ -150,14 +150,14 @@ pub fn estimate_from_hits(
             .chain(responses.iter().copied())
             .collect(),
         force_share: options.force_share,
-        cuts: Vec::new(),
+        hits: Vec::new(),
     };
     for segment in segments {
-        record.cut(segment, options);
+        record.add_hits(segment, options);
     }
-    if record.cuts.is_empty() {
+    if record.hits.is_empty() {
         return Err(
-            Error::new(Code::NoSignal, "the force holds no hit").with_hint(
+            Error::new(Code::NoSignal, "the force contains no hit").with_hint(
                 "name the channel of the hammer's force, or estimate with a steady input instead",
             ),
         );
@@ -167,33 +167,33 @@ pub fn estimate_from_hits(
     let HitSums {
         mut estimate,
         force_power,
-        by_hit,
+        hit_responses: by_hit,
     } = record.estimate(block, sigma)?;
-    let sampling = match options.both_sides {
+    let sampling = match options.both_signs {
         true => PulseSampling::Resolved,
         false => PulseSampling::new(&force_power),
     };
     estimate.diagnostics.extend(sampling.warning(rate_hz));
-    let hit = |cut: &HitBlock| Hit {
-        sample: cut.pulse.peak,
-        peak: cut.pulse.height,
-        rejected: cut.rejected,
+    let hit = |hit: &HitBlock| Hit {
+        sample: hit.pulse.peak,
+        peak: hit.pulse.height,
+        rejected: hit.rejected,
     };
     Ok(ImpactEstimate {
-        hits: record.cuts.iter().map(hit).collect(),
+        hits: record.hits.iter().map(hit).collect(),
         block,
         force_power,
         sampling,
-        by_hit,
+        hit_responses: by_hit,
         estimate,
     })
 }
 
-/// Frequency responses to one hit, or to a few that follow each other where there are many.
+/// Frequency responses to one hit, or to a few successive hits if there are many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HitResponses {
-    /// Places of the hits among all.
+    /// Indices of the hits.
     pub hits: Vec<usize>,
-    /// `Σ X* Y / Σ |X|²` over these hits, by response and line; zero where the force has no power.
+    /// `Σ X* Y / Σ |X|²` over these hits, by response and spectral line; zero if the force has no power.
     pub value: Vec<Vec<Complex>>,
 }

@@ -24,7 +24,7 @@ const FORCE_WINDOW_WIDTHS: usize = 4;
 pub(super) struct HitSums {
     pub(super) estimate: FrfEstimate,
     pub(super) force_power: Vec<f64>,
-    pub(super) by_hit: Vec<HitResponses>,
+    pub(super) hit_responses: Vec<HitResponses>,
 }
 
 impl ImpactRecord<'_> {
@@ -62,9 +62,9 @@ impl ImpactRecord<'_> {
         let group = |nth: usize| nth * groups / hits;
         let mut by_hit: Vec<HitResponses> = Vec::new();
         let mut power = vec![0.0; fft.lines()];
-        let places = (0..self.cuts.len()).filter(|&at| self.cuts[at].rejected.is_none());
+        let places = (0..self.hits.len()).filter(|&at| self.hits[at].rejected.is_none());
         for (nth, place) in places.enumerate() {
-            let cut = &self.cuts[place];
+            let cut = &self.hits[place];
             let fade = force_window(cut, block, self.force_share);
             for (channel, lines) in lines.iter_mut().enumerate() {
                 let mut samples = self.response(channel, cut, cut.start..cut.start + block);
@@ -106,7 +106,7 @@ impl ImpactRecord<'_> {
         Ok(HitSums {
             estimate: found,
             force_power: spectra.psd.swap_remove(0),
-            by_hit,
+            hit_responses: by_hit,
         })
     }
 
@@ -120,8 +120,8 @@ impl ImpactRecord<'_> {
         found: &mut FrfEstimate,
     ) -> Result<(), Error> {
         let after = cut.start + window.len()..cut.limit;
-        let quiet = if cut.quiet.len() >= MIN_NOISE_SAMPLES {
-            cut.quiet.clone()
+        let quiet = if cut.pre_hit.len() >= MIN_NOISE_SAMPLES {
+            cut.pre_hit.clone()
         } else if spectra.window_decay == 0.0 && after.len() >= MIN_NOISE_SAMPLES {
             after
         } else {

@@ -1,7 +1,7 @@
 //! Shaft angle over time: monotone cubic spline through counted pulses (Fritsch & Carlson).
 //!
-//! Slopes from the spline with continuous curvature (its ends by the cubic through four points), then limited so that every piece rises:
-//! J. M. Hyman, SIAM J. Sci. Stat. Comput. 4 (1983), 645–654. Constant acceleration comes out exactly.
+//! The slopes are those of the spline with continuous curvature (end slopes by the cubic through four points), limited so that every piece
+//! is monotone: J. M. Hyman, SIAM J. Sci. Stat. Comput. 4 (1983), 645–654. Constant acceleration is reproduced exactly.
 
 use std::f64::consts::TAU;
 
@@ -10,16 +10,16 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::spectrum::validation::{check_count, check_positive, check_samples};
 
-/// A slope beyond this times the smaller of the neighbouring chords could make a cubic turn back (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980), 238–246).
+/// Maximum ratio of slope to the smaller neighbouring chord for a monotone cubic (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980), 238–246).
 const MAX_SLOPE_RATIO: f64 = 3.0;
 
-/// Newton steps and halvings for one inverse; doubles are exhausted after 53 halvings.
+/// Maximum number of Newton steps and bisections of an inverse; 53 bisections exhaust a double.
 const MAX_ITERATIONS: usize = 60;
 
-/// Convergence tolerance of an inverse, over one piece: a few roundings.
+/// Convergence tolerance of an inverse relative to its piece: a few roundings.
 const INVERSE_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
-/// Angle over time of a shaft that turns one way.
+/// Shaft angle over time, strictly increasing.
 #[derive(Debug, Clone)]
 pub struct AngleCurve {
     time_s: Vec<f64>,
@@ -28,29 +28,29 @@ pub struct AngleCurve {
 }
 
 impl AngleCurve {
-    /// Through at least two points at rising times, s, with rising angles, rad.
+    /// Interpolates at least two points at rising times, s, with rising angles, rad.
     ///
     /// # Errors
-    /// Fewer points, numbers not finite, a time or an angle that does not rise.
+    /// Fewer than two points, non-finite numbers, a time or an angle that does not rise.
     pub fn new(time_s: Vec<f64>, angle: Vec<f64>) -> Result<AngleCurve, Error> {
         check_samples(&time_s, 2)?;
         check_samples(&angle, time_s.len())?;
-        if let Some(at) = time_s.windows(2).position(|w| w[0] >= w[1]) {
+        if let Some(index) = time_s.windows(2).position(|w| w[0] >= w[1]) {
             return Err(Error::new(
                 Code::InvalidTimeStamps,
                 format!(
-                    "an angle at {} s follows one at {} s",
-                    time_s[at + 1],
-                    time_s[at]
+                    "times of angles must increase, but {} s follows {} s",
+                    time_s[index + 1],
+                    time_s[index]
                 ),
             ));
         }
-        if let Some(at) = angle.windows(2).position(|w| w[0] >= w[1]) {
+        if let Some(index) = angle.windows(2).position(|w| w[0] >= w[1]) {
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("the shaft stops or turns back at {} s: {} rad, then {} rad", time_s[at], angle[at], angle[at + 1]),
+                format!("the shaft stops or turns back at {} s: {} rad, then {} rad", time_s[index], angle[index], angle[index + 1]),
             )
-            .with_hint("take the segment in which it turns one way; swap the tracks of an encoder that counts down"));
+            .with_hint("choose a segment with one direction of rotation; swap the tracks of an encoder that counts down"));
         }
         let slope = slopes(&time_s, &angle);
         Ok(AngleCurve {
@@ -60,12 +60,12 @@ impl AngleCurve {
         })
     }
 
-    /// From the pulses of a tacho, zero at its first: `2π place / pulses_per_turn`.
+    /// Angle curve of tacho pulses, zero at the first: `2π index / pulses_per_turn`, rad.
     ///
     /// # Errors
-    /// No pulses a turn, fewer than two pulses.
+    /// Zero pulses per turn, fewer than two pulses.
     pub fn from_pulses(pulses: &TachoPulses, pulses_per_turn: usize) -> Result<AngleCurve, Error> {
-        check_count(pulses_per_turn, 1, "the number of pulses a turn")?;
+        check_count(pulses_per_turn, 1, "the number of pulses per turn")?;
         let step = TAU / pulses_per_turn as f64;
         let list = &pulses.pulses;
         AngleCurve::new(
@@ -74,7 +74,7 @@ impl AngleCurve {
         )
     }
 
-    /// A shaft known to turn at one speed, rad/s, zero at the first sample.
+    /// Angle curve of a constant speed, rad/s, zero at the first sample.
     ///
     /// # Errors
     /// A speed or a duration that is not positive.
@@ -84,13 +84,13 @@ impl AngleCurve {
         AngleCurve::new(vec![0.0, duration_s], vec![0.0, speed * duration_s])
     }
 
-    /// Another shaft, that turns `turns` times while this one turns `of` times.
+    /// Angle curve of a geared shaft, which makes `turns` revolutions per `base` revolutions of this one.
     ///
     /// # Errors
     /// Zero turns.
-    pub fn scaled_by_ratio(&self, turns: usize, of: usize) -> Result<AngleCurve, Error> {
-        check_count(turns.min(of), 1, "the smaller number of turns of a ratio")?;
-        let ratio = |x: &f64| x * turns as f64 / of as f64;
+    pub fn scaled_by_ratio(&self, turns: usize, base: usize) -> Result<AngleCurve, Error> {
+        check_count(turns.min(base), 1, "the smaller number of turns of a ratio")?;
+        let ratio = |x: &f64| x * turns as f64 / base as f64;
         Ok(AngleCurve {
             time_s: self.time_s.clone(),
             angle: self.angle.iter().map(ratio).collect(),
@@ -98,33 +98,33 @@ impl AngleCurve {
         })
     }
 
-    /// First and last time it is known at, s.
+    /// First and last time of the curve, s.
     pub fn time_range_s(&self) -> (f64, f64) {
         (self.time_s[0], self.time_s[self.time_s.len() - 1])
     }
 
-    /// First and last angle, rad.
+    /// First and last angle of the curve, rad.
     pub fn angle_range(&self) -> (f64, f64) {
         (self.angle[0], self.angle[self.angle.len() - 1])
     }
 
-    /// Number of points between two times.
+    /// Number of points between two times, s.
     pub fn points_within(&self, from_s: f64, to_s: f64) -> usize {
         let before = |t: f64| self.time_s.partition_point(|&x| x < t);
         self.time_s.partition_point(|&x| x <= to_s) - before(from_s).min(self.time_s.len())
     }
 
-    /// The angle at a time, rad; beyond its ends as if the speed there went on.
+    /// Angle at a time, rad; extrapolated at constant speed beyond the ends.
     pub fn angle_at(&self, time_s: f64) -> f64 {
         self.evaluate(time_s).0
     }
 
-    /// The speed at a time, rad/s.
+    /// Speed at a time, rad/s.
     pub fn speed(&self, time_s: f64) -> f64 {
         self.evaluate(time_s).1
     }
 
-    /// Angle and speed.
+    /// Angle, rad, and speed, rad/s, at a time.
     fn evaluate(&self, time_s: f64) -> (f64, f64) {
         let (first, last) = self.time_range_s();
         let end = self.time_s.len() - 1;
@@ -140,11 +140,11 @@ impl AngleCurve {
         }
         let i = self.time_s.partition_point(|&t| t <= time_s) - 1;
         let h = self.time_s[i + 1] - self.time_s[i];
-        let (rise, per) = self.piece(i, (time_s - self.time_s[i]) / h);
-        (self.angle[i] + rise, per / h)
+        let (rise, derivative) = self.piece(i, (time_s - self.time_s[i]) / h);
+        (self.angle[i] + rise, derivative / h)
     }
 
-    /// Hermite's cubic of piece `i` above its start, and its derivative, at `0 ≤ u ≤ 1`.
+    /// Hermite cubic of piece `i` relative to its start, and its derivative by `u`, at `0 ≤ u ≤ 1`.
     fn piece(&self, i: usize, u: f64) -> (f64, f64) {
         let h = self.time_s[i + 1] - self.time_s[i];
         let rise = self.angle[i + 1] - self.angle[i];
@@ -156,7 +156,7 @@ impl AngleCurve {
         )
     }
 
-    /// The time at which an angle is reached, s; nothing beyond the ends.
+    /// Time at which an angle is reached, s; none outside the curve.
     pub fn time_at(&self, angle: f64) -> Option<f64> {
         let (first, last) = self.angle_range();
         if !(first <= angle && angle <= last) {
@@ -171,13 +171,13 @@ impl AngleCurve {
         let (mut low, mut high) = (0.0, 1.0);
         let mut u = target / (self.angle[i + 1] - self.angle[i]);
         for _ in 0..MAX_ITERATIONS {
-            let (rise, per) = self.piece(i, u);
+            let (rise, derivative) = self.piece(i, u);
             if rise > target {
                 high = u;
             } else {
                 low = u;
             }
-            let newton = u - (rise - target) / per;
+            let newton = u - (rise - target) / derivative;
             let next = if newton >= low && newton <= high {
                 newton
             } else {
@@ -193,7 +193,7 @@ impl AngleCurve {
     }
 }
 
-/// Slopes of the spline, limited.
+/// Slopes of the spline, limited for monotonicity.
 fn slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
     let n = t.len();
     let h: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
@@ -201,7 +201,7 @@ fn slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
     if n == 2 {
         return vec![chord[0]; 2];
     }
-    // the slopes between the ends make the curvature continuous: Thomas' elimination, forward and back
+    // Interior slopes make the curvature continuous: tridiagonal system, solved by the Thomas algorithm.
     let mut slope = vec![0.0; n];
     let mut ratio = vec![0.0; n];
     let points = n.min(4);
@@ -218,20 +218,20 @@ fn slopes(t: &[f64], y: &[f64]) -> Vec<f64> {
         slope[i] -= ratio[i] * slope[i + 1];
     }
     for i in 0..n {
-        let least = chord[i.saturating_sub(1)].min(chord[i.min(n - 2)]);
-        slope[i] = slope[i].clamp(0.0, MAX_SLOPE_RATIO * least);
+        let min_chord = chord[i.saturating_sub(1)].min(chord[i.min(n - 2)]);
+        slope[i] = slope[i].clamp(0.0, MAX_SLOPE_RATIO * min_chord);
     }
     slope
 }
 
-/// Derivative at point `angle_at` of the polynomial through all points (Lagrange's form).
-fn end_slope(t: &[f64], y: &[f64], at: usize) -> f64 {
+/// Derivative at point `index` of the polynomial through all points (Lagrange form).
+fn end_slope(t: &[f64], y: &[f64], index: usize) -> f64 {
     let others = |i: usize, k: usize| (0..t.len()).filter(move |&j| j != i && j != k);
     let mut sum = 0.0;
-    for i in (0..t.len()).filter(|&i| i != at) {
-        let above: f64 = others(i, at).map(|j| t[at] - t[j]).product();
-        let below: f64 = others(i, i).map(|j| t[i] - t[j]).product();
-        sum += (y[i] - y[at]) * above / below;
+    for i in (0..t.len()).filter(|&i| i != index) {
+        let numerator: f64 = others(i, index).map(|j| t[index] - t[j]).product();
+        let denominator: f64 = others(i, i).map(|j| t[i] - t[j]).product();
+        sum += (y[i] - y[index]) * numerator / denominator;
     }
     sum
 }
@@ -264,7 +264,7 @@ mod tests {
         assert!(curve.time_at(-1.0).is_none());
     }
 
-    /// Fourth order in the distance of points: halved, the error falls sixteenfold.
+    /// The error is of fourth order in the spacing of the points.
     #[test]
     fn order_of_interpolation() {
         let angle = |t: f64| 10.0 * t + t.sin();
@@ -280,7 +280,7 @@ mod tests {
         assert!((order - 4.0).abs() < 0.2, "{order}");
     }
 
-    /// However unevenly it turns, the curve rises and the inverse inverts.
+    /// The curve is monotone at any speed variation, and the inverse recovers the angle.
     #[test]
     fn law_never_turns_back() {
         let mut rng = fastrand::Rng::with_seed(6);
@@ -292,14 +292,14 @@ mod tests {
             }
             let curve = AngleCurve::new(t, a).unwrap();
             let end = curve.time_range_s().1;
-            let mut before = -1e-300;
+            let mut previous = -1e-300;
             for i in 0..=3000 {
                 let time = end * f64::from(i) / 3000.0;
                 let angle = curve.angle_at(time);
-                assert!(angle >= before);
-                before = angle;
-                let back = curve.time_at(angle.min(curve.angle_range().1)).unwrap();
-                assert!((curve.angle_at(back) - angle).abs() < 1e-12);
+                assert!(angle >= previous);
+                previous = angle;
+                let inverse = curve.time_at(angle.min(curve.angle_range().1)).unwrap();
+                assert!((curve.angle_at(inverse) - angle).abs() < 1e-12);
             }
         }
     }

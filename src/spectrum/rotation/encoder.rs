@@ -6,7 +6,7 @@ use super::angle_curve::AngleCurve;
 use super::level_crossings::{LevelCrossing, StateLevels, level_crossings};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::spectrum::validation::{check_count, check_positive, check_samples};
 
 /// Unwrapped readings of a counter with overflow at `modulus`, by the shorter direction of each step.
@@ -18,9 +18,7 @@ pub fn unwrap_counts(readings: &[f64], modulus: f64) -> Result<Vec<f64>, Error> 
     if !(modulus >= 2.0 && modulus.is_finite()) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!(
-                "a counter that begins again after {modulus} counts, where at least 2 are needed"
-            ),
+            format!("the counter wraps after {modulus} counts (minimum 2)"),
         ));
     }
     let mut overflows = 0.0;
@@ -48,7 +46,7 @@ pub fn angle_curve_from_counts(
 ) -> Result<AngleCurve, Error> {
     check_samples(counts, 2)?;
     check_positive(rate_hz, "the sample rate, Hz,")?;
-    check_count(counts_per_turn, 1, "the number of counts a turn")?;
+    check_count(counts_per_turn, 1, "the number of counts per turn")?;
     let step = TAU / counts_per_turn as f64;
     let moves = counts.windows(2).enumerate().filter(|(_, w)| w[0] != w[1]);
     let points = moves.map(|(j, w)| ((j as f64 + 0.5) / rate_hz, step * 0.5 * (w[0] + w[1] + 1.0)));
@@ -79,7 +77,7 @@ pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Erro
     let (a, b) = (track(a)?, track(b)?);
     let mut edges: Vec<(LevelCrossing, bool)> = a.iter().map(|&e| (e, true)).collect();
     edges.extend(b.iter().map(|&e| (e, false)));
-    sort_rising(&mut edges, |x| x.0.time_s);
+    sort_ascending(&mut edges, |x| x.0.time_s);
     // Before an upward first edge a track is low, before a downward one high.
     let initial_state = |edges: &[LevelCrossing]| edges.first().is_some_and(|e| !e.rising);
     let (mut high_a, mut high_b) = (initial_state(&a), initial_state(&b));
@@ -111,7 +109,7 @@ impl Quadrature {
     /// # Errors
     /// Zero lines per revolution, a reversal of the shaft.
     pub fn angle_curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
-        check_count(lines_per_turn, 1, "the number of lines a turn")?;
+        check_count(lines_per_turn, 1, "the number of lines per turn")?;
         let step = TAU / (4.0 * lines_per_turn as f64);
         let (time_s, angle) = self
             .passages()

@@ -4,13 +4,13 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::spectrum::validation::{check_positive, check_samples};
 
-/// Bins of the histogram in which the two states of a signal are looked for.
+/// Number of bins of the histogram of a signal with two states.
 const BINS: usize = 100;
 
-/// Half the width of the band around the middle in which a crossing is not yet believed, over the distance of the two states.
+/// Half-width of the hysteresis band around the middle level, relative to the distance of the two states.
 const HYSTERESIS: f64 = 0.2;
 
-/// The two states of a signal and what lies between.
+/// Low and high state level of a signal with two states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateLevels {
     /// Low state.
@@ -20,33 +20,33 @@ pub struct StateLevels {
 }
 
 impl StateLevels {
-    /// From the signal itself: the fullest bin of either half of its histogram, the method of IEEE Std 181-2011 for state levels.
+    /// Estimates the levels from samples: the fullest bin of either half of the histogram, the method of IEEE Std 181-2011.
     ///
     /// # Errors
-    /// Samples not finite, a signal that never changes.
+    /// Non-finite samples, a constant signal.
     pub fn from_samples(samples: &[f64]) -> Result<StateLevels, Error> {
         check_samples(samples, 2)?;
-        let least = samples.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let width = (most - least) / BINS as f64;
+        let min = samples.iter().copied().fold(f64::INFINITY, f64::min);
+        let max = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let width = (max - min) / BINS as f64;
         if !(width > 0.0 && width.is_finite()) {
             return Err(Error::new(
                 Code::NoSignal,
-                format!("the pulse signal is {least} throughout"),
+                format!("the pulse signal is {min} throughout"),
             )
             .with_hint("check whether the tacho was connected, and whether this is its channel"));
         }
         let mut counts = [0_usize; BINS];
         for x in samples {
-            counts[(((x - least) / width) as usize).min(BINS - 1)] += 1;
+            counts[(((x - min) / width) as usize).min(BINS - 1)] += 1;
         }
-        let fullest = |from: usize, to: usize| {
-            let best = (from..to).max_by_key(|&b| counts[b]).unwrap_or(from);
-            least + (best as f64 + 0.5) * width
+        let level = |from: usize, to: usize| {
+            let bin = (from..to).max_by_key(|&b| counts[b]).unwrap_or(from);
+            min + (bin as f64 + 0.5) * width
         };
         Ok(StateLevels {
-            low: fullest(0, BINS / 2),
-            high: fullest(BINS / 2, BINS),
+            low: level(0, BINS / 2),
+            high: level(BINS / 2, BINS),
         })
     }
 
@@ -55,23 +55,23 @@ impl StateLevels {
     }
 }
 
-/// A passage through the middle of two levels.
+/// Crossing of the middle level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelCrossing {
-    /// When, s from the first sample.
+    /// Time from the first sample, s.
     pub time_s: f64,
-    /// Upward.
+    /// True for a rising edge.
     pub rising: bool,
 }
 
-/// Every passage from one state to the other. What turns back before it has gone a fifth of the way beyond the middle is noise.
+/// Crossings from one state to the other; an excursion of less than a fifth of the state distance beyond the middle is noise.
 ///
-/// The time is that of the last passage through the middle before the far side is reached, on the straight line between the two
-/// samples around it: exact to about a hundredth of a sample where the edge is smooth over several samples, to half a sample where it is
+/// The time is that of the last crossing of the middle before the other state is reached, by linear interpolation between the adjacent
+/// samples: accurate to about a hundredth of a sample for an edge that is smooth over several samples, to half a sample for an edge
 /// steeper than the sampling.
 ///
 /// # Errors
-/// Samples not finite, a rate that is not positive.
+/// Non-finite samples, a rate that is not positive.
 pub fn level_crossings(
     samples: &[f64],
     rate_hz: f64,
@@ -79,34 +79,34 @@ pub fn level_crossings(
 ) -> Result<Vec<LevelCrossing>, Error> {
     check_samples(samples, 2)?;
     check_positive(rate_hz, "the sample rate, Hz,")?;
-    check_positive(levels.high - levels.low, "the high level above the low one")?;
+    check_positive(levels.high - levels.low, "the high level minus the low one")?;
     let middle = levels.middle();
     let band = HYSTERESIS * (levels.high - levels.low);
-    let mut found = Vec::new();
-    let mut state = None; // unknown until the signal is clearly on one side
-    let mut passage = 0.0;
-    let mut before = samples[0];
+    let mut crossings = Vec::new();
+    let mut state = None; // unknown until the signal leaves the hysteresis band
+    let mut crossing = 0.0;
+    let mut previous = samples[0];
     for (j, &x) in samples.iter().enumerate() {
-        if (before < middle) != (x < middle) {
-            passage = j as f64 - (x - middle) / (x - before);
+        if (previous < middle) != (x < middle) {
+            crossing = j as f64 - (x - middle) / (x - previous);
         }
-        before = x;
-        let side = if x > middle + band {
+        previous = x;
+        let is_high = if x > middle + band {
             true
         } else if x < middle - band {
             false
         } else {
             continue;
         };
-        if state == Some(!side) {
-            found.push(LevelCrossing {
-                time_s: passage / rate_hz,
-                rising: side,
+        if state == Some(!is_high) {
+            crossings.push(LevelCrossing {
+                time_s: crossing / rate_hz,
+                rising: is_high,
             });
         }
-        state = Some(side);
+        state = Some(is_high);
     }
-    Ok(found)
+    Ok(crossings)
 }
 
 #[cfg(test)]
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A sine of low frequency with noise: one rising edge a period, none extra.
+    /// A sine of low frequency with noise has exactly one rising edge per period.
     #[test]
     fn law_noise_makes_no_edges() {
         let mut rng = fastrand::Rng::with_seed(1);
@@ -125,10 +125,10 @@ mod tests {
             low: -1.0,
             high: 1.0,
         };
-        let found = level_crossings(&x, 1.0, levels).unwrap();
-        assert_eq!(found.iter().filter(|e| e.rising).count(), 20);
-        assert!(found.windows(2).all(|w| w[0].rising != w[1].rising));
-        let rising = found.iter().filter(|e| e.rising);
+        let crossings = level_crossings(&x, 1.0, levels).unwrap();
+        assert_eq!(crossings.iter().filter(|e| e.rising).count(), 20);
+        assert!(crossings.windows(2).all(|w| w[0].rising != w[1].rising));
+        let rising = crossings.iter().filter(|e| e.rising);
         assert!(
             rising
                 .enumerate()
@@ -136,11 +136,11 @@ mod tests {
         );
     }
 
-    /// A straight flank is timed to rounding, and the states of pulses that are high one hundredth of the time are found.
+    /// A ramp is timed to rounding, and the levels of pulses with a duty cycle of one hundredth are estimated.
     #[test]
     fn exact_ramp_and_narrow_pulses() {
         let ramp: Vec<f64> = (0..10).map(|j| f64::from(j) - 4.3).collect();
-        let found = level_crossings(
+        let edges = level_crossings(
             &ramp,
             2.0,
             StateLevels {
@@ -149,7 +149,7 @@ mod tests {
             },
         )
         .unwrap();
-        assert!(found.len() == 1 && (found[0].time_s - 2.15).abs() < 1e-15 && found[0].rising);
+        assert!(edges.len() == 1 && (edges[0].time_s - 2.15).abs() < 1e-15 && edges[0].rising);
         let pulses: Vec<f64> = (0..1000)
             .map(|j| if j % 100 == 7 { 5.0 } else { 0.2 })
             .collect();

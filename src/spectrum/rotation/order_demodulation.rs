@@ -86,7 +86,7 @@ impl OrderDemodulator {
         sorted.sort_by(f64::total_cmp);
         let Some(&first) = sorted.first() else {
             return refuse(
-                "no orders to follow".into(),
+                "no orders were requested".into(),
                 "give at least one order".into(),
             );
         };
@@ -99,7 +99,7 @@ impl OrderDemodulator {
         let gap = sorted.windows(2).map(|p| p[1] - p[0]).fold(first, f64::min);
         if gap * turns < 2.0 {
             return refuse(
-                format!("over {turns} turns orders {gap} apart (or from zero) are not separated"),
+                format!("orders {gap} apart (or from zero) are not separated over {turns} turns"),
                 format!("take at least {} turns", (2.0 / gap).ceil()),
             );
         }
@@ -208,7 +208,7 @@ impl OrderDemodulator {
             return Ok(());
         }
         let solution = symmetric::lu_solve(&window.gram, &window.right_side)
-            .map_err(|e| e.with_hint("take more samples, or more turns a point"))?;
+            .map_err(|e| e.with_hint("take more samples, or more turns per point"))?;
         let value = |channel: usize, order: usize| {
             Complex::new(
                 solution[(2 + 2 * order, channel)],

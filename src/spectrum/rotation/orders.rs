@@ -1,4 +1,4 @@
-//! Order spectra and block-wise order tracks: `x(θ) = Σ Re A_o e^{ioθ}`, phase at zero shaft angle.
+//! Order spectra and order tracks by blocks: `x(θ) = Σ Re A_o e^{ioθ}`, phase at zero shaft angle.
 
 use std::f64::consts::TAU;
 
@@ -10,21 +10,21 @@ use crate::numeric::fft::RealFft;
 use crate::spectrum::validation::check_count;
 use crate::spectrum::window::Window;
 
-/// Amplitudes over orders, averaged over blocks of turns.
+/// Amplitudes over orders, averaged over blocks of revolutions.
 #[derive(Debug, Clone)]
 pub struct OrderSpectrum {
-    /// Orders, `1/turns` apart.
+    /// Orders, spacing `1/turns`.
     pub order: Vec<f64>,
-    /// Amplitude, zero to peak: root of the mean square over the blocks (at order zero the size of the mean).
+    /// Amplitude, zero to peak: root mean square over the blocks (at order zero the modulus of the mean).
     pub amplitude: Vec<f64>,
-    /// Mean of the complex amplitudes over the blocks. Its size is that of `amplitude` where the phase is locked to the shaft, and
-    /// falls with the root of the number of blocks where it is not.
+    /// Mean of the complex amplitudes over the blocks. Its modulus equals `amplitude` if the phase is locked to the shaft, and
+    /// falls with the square root of the number of blocks otherwise.
     pub coherent_amplitude: Vec<Complex>,
-    /// Number of blocks, overlapping by half.
+    /// Number of blocks, with 50 % overlap.
     pub blocks: usize,
 }
 
-/// The order spectrum in blocks of `revolutions` turns, with Hann's window: lines `1/turns` apart and four times as wide.
+/// Order spectrum from blocks of `turns` revolutions with Hann's window: line spacing `1/turns`, main lobe four lines wide.
 ///
 /// # Errors
 /// A signal shorter than one block.
@@ -37,7 +37,7 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
     let mut fft = RealFft::new(n);
     let zero = Complex::new(0.0, 0.0);
     let (mut lines, mut block) = (vec![zero; fft.lines()], vec![0.0; n]);
-    let (mut square, mut locked) = (vec![0.0; lines.len()], vec![zero; lines.len()]);
+    let (mut square, mut sum) = (vec![0.0; lines.len()], vec![zero; lines.len()]);
     let mut blocks = 0;
     for start in (0..=signal.values.len() - n).step_by((n / 2).max(1)) {
         let values = &signal.values[start..start + n];
@@ -48,12 +48,12 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
         fft.forward(&mut block, &mut lines);
         let origin = (signal.first + start as i64).rem_euclid(n as i64) as u128;
         for (k, z) in lines.iter().enumerate() {
-            // the angle of the block's start, in turns of line k, without the whole ones
-            let turn = (k as u128 * origin % n as u128) as f64 / n as f64;
-            let once = if k == 0 || 2 * k == n { 0.5 } else { 1.0 };
-            let value = z * Complex::from_polar(once * scale, -TAU * turn);
+            // Start angle of the block in cycles of line k, fractional part.
+            let cycles = (k as u128 * origin % n as u128) as f64 / n as f64;
+            let factor = if k == 0 || 2 * k == n { 0.5 } else { 1.0 };
+            let value = z * Complex::from_polar(factor * scale, -TAU * cycles);
             square[k] += value.norm_sqr();
-            locked[k] += value;
+            sum[k] += value;
         }
         blocks += 1;
     }
@@ -61,12 +61,12 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
     Ok(OrderSpectrum {
         order: (0..lines.len()).map(|k| k as f64 / turns as f64).collect(),
         amplitude: square.iter().map(|s| (s / count).sqrt()).collect(),
-        coherent_amplitude: locked.iter().map(|z| z / count).collect(),
+        coherent_amplitude: sum.iter().map(|z| z / count).collect(),
         blocks: blocks as usize,
     })
 }
 
-/// One order over a run.
+/// Track of one order over a run.
 #[derive(Debug, Clone)]
 pub struct OrderTrack {
     /// The order.
@@ -75,12 +75,12 @@ pub struct OrderTrack {
     pub values: Vec<Complex>,
 }
 
-/// Orders over a run.
+/// Tracks of several orders over a run.
 #[derive(Debug, Clone)]
 pub struct OrderTracks {
     /// Middle of each block, s.
     pub time_s: Vec<f64>,
-    /// Speed there, rad/s.
+    /// Speed at the middle of each block, rad/s.
     pub speed: Vec<f64>,
     /// Requested orders.
     pub tracks: Vec<OrderTrack>,
@@ -89,16 +89,16 @@ pub struct OrderTracks {
 /// Block lengths of order tracks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderTrackOptions {
-    /// Turns in a block: orders `2/turns` apart or more are distinguished, and an amplitude is smoothed over about half of them.
+    /// Revolutions in a block: resolves orders `2/revolutions` apart, and smooths amplitudes over about half a block.
     pub revolutions: usize,
-    /// Turns from one block to the next.
+    /// Revolutions from one block to the next.
     pub step: usize,
 }
 
-/// The tracks of `orders` (cycles a turn, also broken ones) over a run.
+/// Tracks of `orders` (cycles per revolution, not necessarily integers) over a run.
 ///
 /// # Errors
-/// A signal shorter than one block, blocks or steps of no turns.
+/// A signal shorter than one block; blocks or steps of zero revolutions.
 pub fn order_tracks(
     signal: &AngularSignal,
     curve: &AngleCurve,

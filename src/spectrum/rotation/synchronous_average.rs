@@ -1,7 +1,7 @@
 //! Synchronous average over revolutions: `a_i = 1/K Σ_k y_{i+kN}`; random parts fall by `1/√K`.
 //!
-//! S. Braun, The extraction of periodic waveforms by time domain averaging, Acustica 32 (1975), 69–77. For another shaft of the same train
-//! take its own angle, `AngleCurve::geared` by the exact ratio of teeth, and resample over that.
+//! S. Braun, The extraction of periodic waveforms by time domain averaging, Acustica 32 (1975), 69–77. For another shaft of the drive
+//! train, resample over its angle, [`AngleCurve::scaled_by_ratio`] with the exact ratio of teeth.
 
 use std::f64::consts::TAU;
 
@@ -11,49 +11,49 @@ use super::interpolation::{HALF_KERNEL, SincInterpolator};
 use crate::base::error::Error;
 use crate::spectrum::validation::{check_positive, check_samples};
 
-/// Synchronous average over the turns of a shaft.
+/// Synchronous average over the revolutions of a shaft.
 #[derive(Debug, Clone)]
 pub struct SynchronousAverage {
-    /// One turn, the first value at angle zero.
+    /// Average over one revolution, the first value at angle zero.
     pub values: Vec<f64>,
-    /// Turns averaged, `K`.
+    /// Number of revolutions averaged, `K`.
     pub revolutions: usize,
-    /// Number of the first turn's first value, as [`AngularSignal::first`].
+    /// Index of the first averaged sample, as [`AngularSignal::first`].
     pub first: i64,
-    /// Residual of the `K` turns without the average.
+    /// Signal of the `K` revolutions less the average.
     pub residual: Vec<f64>,
-    /// Standard deviation of what is left, free of bias (over `K − 1` of `K` turns).
+    /// Unbiased standard deviation of the residual (`K − 1` instead of `K` revolutions).
     pub residual_rms: f64,
-    /// Standard error of the average: `residual_rms/√K`, where what is left does not repeat.
+    /// Standard error of the average, `residual_rms/√K`, if the residual is random.
     pub standard_error: f64,
 }
 
 impl SynchronousAverage {
-    /// Average over all whole turns of a signal.
+    /// Averages all complete revolutions of a signal.
     ///
     /// # Errors
-    /// Fewer than two turns.
+    /// Fewer than two revolutions.
     pub fn new(signal: &AngularSignal) -> Result<SynchronousAverage, Error> {
         signal.check_revolutions(2)?;
         let (n, turns) = (signal.samples_per_rev, signal.revolutions());
         let offset = signal.first.rem_euclid(n as i64) as usize;
         let values = &signal.values[..n * turns];
-        let mut turn = vec![0.0; n];
+        let mut average = vec![0.0; n];
         for block in values.chunks_exact(n) {
-            let (late, early) = turn.split_at_mut(offset);
-            let places = early.iter_mut().chain(late);
-            places.zip(block).for_each(|(sum, x)| *sum += x);
+            let (late, early) = average.split_at_mut(offset);
+            let sums = early.iter_mut().chain(late);
+            sums.zip(block).for_each(|(sum, x)| *sum += x);
         }
-        turn.iter_mut().for_each(|x| *x /= turns as f64);
+        average.iter_mut().for_each(|x| *x /= turns as f64);
         let residual: Vec<f64> = values
             .iter()
             .enumerate()
-            .map(|(i, x)| x - turn[(i + offset) % n])
+            .map(|(i, x)| x - average[(i + offset) % n])
             .collect();
         let square: f64 = residual.iter().map(|x| x * x).sum();
         let residual_rms = (square / (n * (turns - 1)) as f64).sqrt();
         Ok(SynchronousAverage {
-            values: turn,
+            values: average,
             revolutions: turns,
             first: signal.first,
             residual,
@@ -62,16 +62,16 @@ impl SynchronousAverage {
         })
     }
 
-    /// By how much noise that does not repeat is reduced, dB of power: `10 log₁₀ K`.
+    /// Reduction of random noise, dB of power: `10 log₁₀ K`.
     pub fn noise_reduction_db(&self) -> f64 {
         10.0 * (self.revolutions as f64).log10()
     }
 
-    /// The signal over time without what repeats with this shaft: the average, at each sample's angle, taken off. Outside the known
-    /// angles the shaft is taken to go on at its last speed.
+    /// Samples less the average at the angle of each sample. Outside the angle curve the shaft is extrapolated at constant
+    /// speed.
     ///
     /// # Errors
-    /// Samples not finite, a rate that is not positive.
+    /// Non-finite samples, a rate that is not positive.
     pub fn subtract_from(
         &self,
         samples: &[f64],
@@ -85,10 +85,10 @@ impl SynchronousAverage {
             .map(|j| self.values[(j + n - HALF_KERNEL % n) % n])
             .collect();
         let kernel = SincInterpolator::default();
-        let rest = |(j, x): (usize, &f64)| {
+        let residual = |(j, x): (usize, &f64)| {
             let turns = (curve.angle_at(j as f64 / rate_hz) / TAU).rem_euclid(1.0);
             x - kernel.value_at(&wrapped, turns * n as f64 + HALF_KERNEL as f64, 1.0)
         };
-        Ok(samples.iter().enumerate().map(rest).collect())
+        Ok(samples.iter().enumerate().map(residual).collect())
     }
 }

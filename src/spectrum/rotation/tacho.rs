@@ -4,61 +4,61 @@ use super::level_crossings::{StateLevels, level_crossings};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Distances on either side that go into the median.
+/// Number of intervals on either side in the running median.
 const MEDIAN_HALF_WIDTH: usize = 4;
 
-/// Distances at either end that have too few neighbours to be judged by.
+/// Number of intervals at either end with too few neighbours for a median.
 const EDGE_INTERVALS: usize = 2;
 
-/// A pulse nearer than this to the last one is extra, and one farther than [`MISSING_RATIO`] has missed one; over the usual distance.
+/// Ratio of an interval to the median interval below which its pulse is extra.
 const EXTRA_RATIO: f64 = 0.5;
 
-/// See [`EXTRA_RATIO`]: halfway between one distance and two.
+/// Ratio of an interval to the median interval above which pulses are missing: halfway between one interval and two.
 const MISSING_RATIO: f64 = 1.5;
 
-/// Which edge of a pulse counts.
+/// Edge of a pulse that is timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EdgeDirection {
-    /// Upward.
+    /// Rising edge.
     #[default]
     Rising,
-    /// Downward.
+    /// Falling edge.
     Falling,
 }
 
-/// Pulse and its index after the first.
+/// Tacho pulse with its index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TachoPulse {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Number of its place, the first one's 0.
+    /// Index, 0 for the first pulse; missing pulses are counted.
     pub index: usize,
 }
 
-/// Places without a pulse.
+/// Gap with missing pulses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MissingPulses {
-    /// The pulse before, s.
+    /// Time of the pulse before the gap, s.
     pub after_s: f64,
     /// Number of missing pulses.
     pub number: usize,
 }
 
-/// The pulses of a tacho.
+/// Numbered pulses of a tacho, with missing and extra ones.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TachoPulses {
-    /// Those that count.
+    /// Accepted pulses.
     pub pulses: Vec<TachoPulse>,
-    /// Gaps in which pulses are missing; their places are counted.
+    /// Gaps in which pulses are missing; the index counts them.
     pub missing: Vec<MissingPulses>,
-    /// Times of pulses between the places, s; not counted.
-    pub extra_s: Vec<f64>,
+    /// Times of extra pulses, s; the index does not count them.
+    pub extra_pulses_s: Vec<f64>,
 }
 
-/// The pulses of a signal; levels from the signal itself where none are given.
+/// Detects the pulses of a signal; by default the levels are estimated from it.
 ///
 /// # Errors
-/// A signal without pulses, samples not finite.
+/// A signal without pulses, non-finite samples.
 pub fn find_tacho_pulses(
     samples: &[f64],
     rate_hz: f64,
@@ -69,10 +69,10 @@ pub fn find_tacho_pulses(
         Some(levels) => levels,
         None => StateLevels::from_samples(samples)?,
     };
-    let wanted = slope == EdgeDirection::Rising;
+    let rising = slope == EdgeDirection::Rising;
     let times: Vec<f64> = level_crossings(samples, rate_hz, levels)?
         .iter()
-        .filter(|edge| edge.rising == wanted)
+        .filter(|edge| edge.rising == rising)
         .map(|edge| edge.time_s)
         .collect();
     if times.len() < 2 {
@@ -90,69 +90,71 @@ pub fn find_tacho_pulses(
     Ok(number_pulses(&times))
 }
 
-/// Numbers pulses at rising times.
+/// Numbers pulses at rising times, s.
 ///
-/// The speed may change, by up to half from one pulse to the next; the first and last two distances are not judged.
+/// The speed may change by up to half from one pulse to the next; the first and last two intervals are not checked.
 pub fn number_pulses(times: &[f64]) -> TachoPulses {
-    let mut found = TachoPulses::default();
-    let Some((&first, rest)) = times.split_first() else {
-        return found;
+    let mut tacho = TachoPulses::default();
+    let Some((&first, later)) = times.split_first() else {
+        return tacho;
     };
-    let usual = median_intervals(times);
+    let medians = median_intervals(times);
     let mut last = TachoPulse {
         time_s: first,
         index: 0,
     };
-    found.pulses.push(last);
-    let mut at = 0; // in `rest`; `usual[at]` leads up to it
-    while at < rest.len() {
-        // of those before the next place but one, the nearest to the next place
-        let over = |j: usize| (rest[j] - last.time_s) / usual[j];
-        let within = (at..rest.len())
-            .take_while(|&j| over(j) < MISSING_RATIO)
+    tacho.pulses.push(last);
+    let mut start = 0; // index in `later`; `medians[start]` belongs to the interval before it
+    while start < later.len() {
+        // Among the pulses within `MISSING_RATIO`, the one nearest to one interval.
+        let ratio = |j: usize| (later[j] - last.time_s) / medians[j];
+        let count = (start..later.len())
+            .take_while(|&j| ratio(j) < MISSING_RATIO)
             .count();
-        let off = |j: usize| (over(j) - 1.0).abs();
-        let nearest = (at..at + within).min_by(|&a, &b| off(a).total_cmp(&off(b)));
+        let deviation = |j: usize| (ratio(j) - 1.0).abs();
+        let nearest = (start..start + count).min_by(|&a, &b| deviation(a).total_cmp(&deviation(b)));
         let next = match nearest {
-            Some(j) if over(j) >= EXTRA_RATIO => j,
-            _ => at + within,
+            Some(j) if ratio(j) >= EXTRA_RATIO => j,
+            _ => start + count,
         };
-        found.extra_s.extend(&rest[at..next.min(rest.len())]);
-        if next == rest.len() {
+        tacho
+            .extra_pulses_s
+            .extend(&later[start..next.min(later.len())]);
+        if next == later.len() {
             break;
         }
-        let places = (over(next).round() as usize).max(1);
-        if places > 1 {
-            found.missing.push(MissingPulses {
+        let steps = (ratio(next).round() as usize).max(1);
+        if steps > 1 {
+            tacho.missing.push(MissingPulses {
                 after_s: last.time_s,
-                number: places - 1,
+                number: steps - 1,
             });
         }
         last = TachoPulse {
-            time_s: rest[next],
-            index: last.index + places,
+            time_s: later[next],
+            index: last.index + steps,
         };
-        found.pulses.push(last);
-        at = next + 1;
+        tacho.pulses.push(last);
+        start = next + 1;
     }
-    found
+    tacho
 }
 
-/// The median of the distances around each; at the ends its own.
+/// Running median of the intervals; at the ends the interval itself.
 fn median_intervals(times: &[f64]) -> Vec<f64> {
-    let distances: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
-    let n = distances.len();
-    let mut near = Vec::with_capacity(2 * MEDIAN_HALF_WIDTH + 1);
+    let intervals: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let n = intervals.len();
+    let mut neighbours = Vec::with_capacity(2 * MEDIAN_HALF_WIDTH + 1);
     (0..n)
         .map(|i| {
-            let reach = i.min(n - 1 - i).min(MEDIAN_HALF_WIDTH);
-            if reach < EDGE_INTERVALS {
-                return distances[i];
+            let half_width = i.min(n - 1 - i).min(MEDIAN_HALF_WIDTH);
+            if half_width < EDGE_INTERVALS {
+                return intervals[i];
             }
-            near.clear();
-            near.extend_from_slice(&distances[i - reach..=i + reach]);
-            near.sort_by(f64::total_cmp);
-            near[reach]
+            neighbours.clear();
+            neighbours.extend_from_slice(&intervals[i - half_width..=i + half_width]);
+            neighbours.sort_by(f64::total_cmp);
+            neighbours[half_width]
         })
         .collect()
 }
@@ -165,10 +167,10 @@ mod tests {
     #[test]
     fn exact_run_up_is_left_alone() {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k).sqrt()).collect();
-        let found = number_pulses(&times);
-        assert!(found.missing.is_empty() && found.extra_s.is_empty());
+        let tacho = number_pulses(&times);
+        assert!(tacho.missing.is_empty() && tacho.extra_pulses_s.is_empty());
         assert!(
-            found
+            tacho
                 .pulses
                 .iter()
                 .enumerate()
@@ -176,36 +178,36 @@ mod tests {
         );
     }
 
-    /// Pulses with 3 % jitter, some left out and some put in: every one is found at its place.
+    /// Pulses with 3 % jitter, some missing and some extra, are numbered correctly.
     #[test]
     fn law_missing_and_extra() {
         let mut rng = fastrand::Rng::with_seed(8);
         for _ in 0..50 {
-            let (mut times, mut lost, mut put) = (Vec::new(), Vec::new(), Vec::new());
+            let (mut times, mut gaps, mut extra) = (Vec::new(), Vec::new(), Vec::new());
             let mut t = 0.0;
             for k in 0..300 {
                 let d = 1.0 - f64::from(k) / 600.0;
                 t += d;
                 let time = t + 0.03 * d * (rng.f64() - 0.5);
                 match k % 25 {
-                    12 => lost.push(k as usize),
+                    12 => gaps.push(k as usize),
                     20 => {
                         times.push(time);
                         times.push(time + d * (0.15 + 0.7 * rng.f64()));
-                        put.push(times[times.len() - 1]);
+                        extra.push(times[times.len() - 1]);
                     }
                     _ => times.push(time),
                 }
             }
-            let found = number_pulses(&times);
-            assert_eq!(found.extra_s, put);
-            assert_eq!(found.missing.len(), lost.len());
-            assert!(found.missing.iter().all(|m| m.number == 1));
+            let tacho = number_pulses(&times);
+            assert_eq!(tacho.extra_pulses_s, extra);
+            assert_eq!(tacho.missing.len(), gaps.len());
+            assert!(tacho.missing.iter().all(|m| m.number == 1));
             assert!(
-                lost.iter()
-                    .all(|k| found.pulses.iter().all(|p| p.index != *k))
+                gaps.iter()
+                    .all(|k| tacho.pulses.iter().all(|p| p.index != *k))
             );
-            assert_eq!(found.pulses.last().unwrap().index, 299);
+            assert_eq!(tacho.pulses.last().unwrap().index, 299);
         }
     }
 
@@ -213,10 +215,10 @@ mod tests {
     #[test]
     fn exact_gap_of_two() {
         let times: Vec<f64> = (0..600).filter(|k| k % 60 < 58).map(f64::from).collect();
-        let found = number_pulses(&times);
-        assert_eq!(found.missing.len(), 9); // the tenth gap has no pulse after it
-        assert!(found.missing.iter().all(|m| m.number == 2));
-        assert!(found.pulses.iter().all(|p| p.index as f64 == p.time_s));
+        let tacho = number_pulses(&times);
+        assert_eq!(tacho.missing.len(), 9); // the tenth gap has no pulse after it
+        assert!(tacho.missing.iter().all(|m| m.number == 2));
+        assert!(tacho.pulses.iter().all(|p| p.index as f64 == p.time_s));
     }
 
     #[test]

@@ -7,14 +7,14 @@ use crate::motion::methods::alpha::weights::{GeneralizedAlpha, SPECTRAL_RADIUS};
 use crate::motion::methods::dop853_table::STAGES;
 use crate::numeric::{Complex, Matrix, eigen};
 
-/// Explicit methods whose steps have a limit.
+/// Explicit methods, whose step has a stability limit.
 pub const EXPLICIT_METHODS: [&str; 3] = ["rk4", "dopri5", "dop853"];
 
-/// The stability polynomial `R(z) = Σ c_k z^k` of an explicit method.
+/// Stability polynomial `R(z) = Σ c_k z^k` of an explicit method: its coefficients `c_k`.
 ///
 /// Sources: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993, II.4 (Runge–Kutta of order 4)
 /// and II.5, Table 5.2 (Dormand–Prince 5(4), seven stages, of which the seventh is the first of the next step); order 8 from
-/// its table of stages.
+/// its Butcher tableau.
 pub fn stability_polynomial(method: &str) -> Option<Vec<f64>> {
     match method {
         "rk4" => Some(vec![1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0]),
@@ -27,13 +27,13 @@ pub fn stability_polynomial(method: &str) -> Option<Vec<f64>> {
             1.0 / 120.0,
             1.0 / 600.0,
         ]),
-        "dop853" => Some(polynomial_of_stages()),
+        "dop853" => Some(polynomial_from_stages()),
         _ => None,
     }
 }
 
-/// `k_i = 1 + z Σ a_ij k_j` as polynomials; row 12 is the end of the step.
-fn polynomial_of_stages() -> Vec<f64> {
+/// Stability polynomial from the stages `k_i = 1 + z Σ a_ij k_j`; row 12 is the end of the step.
+fn polynomial_from_stages() -> Vec<f64> {
     const END: usize = 12;
     let mut stages: Vec<Vec<f64>> = Vec::new();
     for row in &STAGES[..=END] {
@@ -49,18 +49,18 @@ fn polynomial_of_stages() -> Vec<f64> {
     stages.swap_remove(END)
 }
 
-/// |R(z)| of a stability polynomial, or of any other, at z = hλ.
+/// Modulus of a polynomial at z = hλ; of a stability polynomial the amplification factor |R(z)|.
 pub fn amplification_factor(coefficients: &[f64], z: Complex) -> f64 {
     value(coefficients, z).norm()
 }
 
-/// `Σ c_k z^k`.
+/// Polynomial `Σ c_k z^k`.
 fn value(c: &[f64], z: Complex) -> Complex {
     let terms = c.iter().rev();
     terms.fold(Complex::ZERO, |sum, &c| sum * z + Complex::new(c, 0.0))
 }
 
-/// `Σ k c_k z^(k−1)`.
+/// Derivative `Σ k c_k z^(k−1)`.
 fn slope(c: &[f64], z: Complex) -> Complex {
     let terms = c.iter().enumerate().skip(1).rev();
     terms.fold(Complex::ZERO, |sum, (k, &c)| {
@@ -68,7 +68,7 @@ fn slope(c: &[f64], z: Complex) -> Complex {
     })
 }
 
-/// P and Q of the rational function `R = P/Q` of a method of which a step makes R(hλ) of a mode.
+/// Numerator P and denominator Q of the stability function `R = P/Q` of a method.
 fn stability_function(method: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     match method {
         "radau5" => Some((RADAU.0.to_vec(), RADAU.1.to_vec())),
@@ -76,34 +76,34 @@ fn stability_function(method: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     }
 }
 
-/// The curve |R| = 1 from the origin upwards, followed as R turns round the circle; nothing for methods that are no function of hλ.
+/// Boundary |R| = 1 of the stability region from the origin upwards, traced by the argument of R; empty without a stability function.
 pub fn stability_boundary(method: &str) -> Vec<Complex> {
-    let Some((above, below)) = stability_function(method) else {
+    let Some((numerator, denominator)) = stability_function(method) else {
         return Vec::new();
     };
     const STEPS: usize = 400;
     const MAX_ITERATIONS: usize = 20;
-    let degree = above.len().max(below.len()) - 1;
+    let degree = numerator.len().max(denominator.len()) - 1;
     let mut z = Complex::ZERO;
-    let mut all = vec![z];
+    let mut boundary = vec![z];
     for k in 1..=STEPS * degree {
         let angle = TAU * k as f64 / STEPS as f64;
-        let wanted = Complex::new(angle.cos(), angle.sin());
+        let target = Complex::new(angle.cos(), angle.sin());
         for _ in 0..MAX_ITERATIONS {
-            let (p, q) = (value(&above, z), value(&below, z));
-            let turns = (slope(&above, z) * q - p * slope(&below, z)) / (q * q);
-            let move_by = (p / q - wanted) / turns;
-            z -= move_by;
-            if move_by.norm() < 1e-12 {
+            let (p, q) = (value(&numerator, z), value(&denominator, z));
+            let dr_dz = (slope(&numerator, z) * q - p * slope(&denominator, z)) / (q * q);
+            let step = (p / q - target) / dr_dz;
+            z -= step;
+            if step.norm() < 1e-12 {
                 break;
             }
         }
-        all.push(z);
+        boundary.push(z);
         if z.im < -0.05 {
             break;
         }
     }
-    all
+    boundary
 }
 
 /// Methods with an amplification factor.
@@ -120,17 +120,17 @@ pub const METHODS: [&str; 7] = [
 /// Amplification factors per step of a method for the fastest and the slowest mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationFactors {
-    /// The method.
+    /// Method name.
     pub method: &'static str,
-    /// The factor on the fastest mode.
+    /// Factor of the fastest mode.
     pub fastest: f64,
-    /// The factor on the slowest mode.
+    /// Factor of the slowest mode.
     pub slowest: f64,
-    /// The damping ratio that the method adds to the slowest mode by itself; below zero where it takes some away.
+    /// Numerical damping ratio of the slowest mode; negative if the method removes damping.
     pub added_damping: f64,
 }
 
-/// Amplification factors per step of `h` of each method for the fastest and the slowest of modes; none where there are no modes.
+/// Amplification factors per step of `h`, s, for the fastest and the slowest eigenvalue, rad/s, by method; empty without modes.
 ///
 /// # Errors
 /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.
@@ -139,42 +139,42 @@ pub fn amplification_factors(
     h: f64,
 ) -> Result<Vec<AmplificationFactors>, Error> {
     let by_size = |a: &&Complex, b: &&Complex| a.norm().total_cmp(&b.norm());
-    let moving = || eigenvalues.iter().filter(|z| z.norm() > 0.0);
-    let (Some(&fastest), Some(&slowest)) = (moving().max_by(by_size), moving().min_by(by_size))
+    let nonzero = || eigenvalues.iter().filter(|z| z.norm() > 0.0);
+    let (Some(&fastest), Some(&slowest)) = (nonzero().max_by(by_size), nonzero().min_by(by_size))
     else {
         return Ok(Vec::new());
     };
-    let of = |method: &'static str| {
-        let slow = step_amplification(method, slowest, h)?;
+    let factors = |method: &'static str| {
+        let slowest_factor = step_amplification(method, slowest, h)?;
         Ok(AmplificationFactors {
             method,
             fastest: step_amplification(method, fastest, h)?,
-            slowest: slow,
-            added_damping: (slowest.re * h - slow.ln()) / (slowest.norm() * h),
+            slowest: slowest_factor,
+            added_damping: (slowest.re * h - slowest_factor.ln()) / (slowest.norm() * h),
         })
     };
-    METHODS.into_iter().map(of).collect()
+    METHODS.into_iter().map(factors).collect()
 }
 
-/// Amplification factors of each method per step, over the size of hλ.
+/// Amplification factors of each method per step, over |hλ|.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationChart {
-    /// The step, s.
+    /// Step size, s.
     pub step: f64,
-    /// Curves of all methods.
+    /// Curve of each method.
     pub methods: Vec<AmplificationCurve>,
 }
 
-/// Amplification factors of a method per step.
+/// Amplification factor of a method per step, over |hλ|.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationCurve {
-    /// The method.
+    /// Method name.
     pub method: &'static str,
-    /// True for a method with a stability limit of the step.
+    /// True if the step has a stability limit.
     pub conditionally_stable: bool,
-    /// |hλ| and the factor on modes without damping.
+    /// |hλ| and factor of undamped modes.
     pub undamped: Vec<(f64, f64)>,
-    /// The same of each eigenvalue.
+    /// |hλ| and factor of each nonzero eigenvalue.
     pub eigenvalues: Vec<(f64, f64)>,
 }
 
@@ -188,46 +188,46 @@ impl AmplificationChart {
         let sizes = eigenvalues.iter().map(|z| z.norm() * step);
         let (low, high) = range(sizes.filter(|x| *x > 0.0));
         let size = |k: i32| 10f64.powf(low + (high - low) * f64::from(k) / f64::from(POINTS));
-        let of = |method: &'static str| {
-            let at = |z: Complex| Ok((z.norm(), step_amplification(method, z, 1.0)?));
-            let line = (0..=POINTS).map(|k| at(Complex::new(0.0, size(k))));
-            let moving = eigenvalues.iter().filter(|z| z.norm() > 0.0);
-            let marks = moving.map(|z| at(*z * step));
+        let row = |method: &'static str| {
+            let point = |z: Complex| Ok((z.norm(), step_amplification(method, z, 1.0)?));
+            let undamped = (0..=POINTS).map(|k| point(Complex::new(0.0, size(k))));
+            let nonzero = eigenvalues.iter().filter(|z| z.norm() > 0.0);
+            let points = nonzero.map(|z| point(*z * step));
             Ok(AmplificationCurve {
                 method,
                 conditionally_stable: EXPLICIT_METHODS.contains(&method),
-                undamped: line.collect::<Result<_, Error>>()?,
-                eigenvalues: marks.collect::<Result<_, Error>>()?,
+                undamped: undamped.collect::<Result<_, Error>>()?,
+                eigenvalues: points.collect::<Result<_, Error>>()?,
             })
         };
-        let methods = METHODS.into_iter().map(of).collect::<Result<_, Error>>()?;
+        let methods = METHODS.into_iter().map(row).collect::<Result<_, Error>>()?;
         Ok(AmplificationChart { step, methods })
     }
 
-    /// Methods of which no step is too long for a mode that does not grow by itself.
+    /// Methods that are stable at any step for modes that do not grow.
     pub fn unconditionally_stable(&self) -> impl Iterator<Item = &'static str> {
-        let free = self.methods.iter().filter(|m| !m.conditionally_stable);
-        free.map(|m| m.method)
+        let stable = self.methods.iter().filter(|m| !m.conditionally_stable);
+        stable.map(|m| m.method)
     }
 
-    /// The smallest and the largest |hλ| looked at, in powers of ten.
+    /// Smallest and largest |hλ| of the chart, in powers of ten.
     pub fn decade_range(&self) -> (f64, f64) {
-        let line = self.methods.first().map_or(&[][..], |m| &m.undamped);
-        range(line.iter().map(|p| p.0))
+        let curve = self.methods.first().map_or(&[][..], |m| &m.undamped);
+        range(curve.iter().map(|p| p.0))
     }
 }
 
-/// The range of sizes in powers of ten, at least from a tenth to ten.
+/// Range of sizes in powers of ten, at least from a tenth to ten.
 fn range(sizes: impl Iterator<Item = f64>) -> (f64, f64) {
     sizes.fold((-1.0, 1.0), |(low, high), x| {
         (low.min(x.log10()), high.max(x.log10()))
     })
 }
 
-/// The factor by which a step of `h` of a method multiplies a mode λ: |R(hλ)|, or the spectral radius of the amplification matrix.
+/// Amplification factor per step of `h`, s, of a mode λ, rad/s: |R(hλ)|, or the spectral radius of the amplification matrix.
 ///
 /// # Errors
-/// `NoConvergence` where the eigenvalues of that matrix are not found.
+/// `NoConvergence` if the eigenvalues of that matrix are not found.
 pub fn step_amplification(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
     match method {
         "newmark" => alpha_amplification(&GeneralizedAlpha::newmark(), lambda, h),
@@ -235,40 +235,38 @@ pub fn step_amplification(method: &str, lambda: Complex, h: f64) -> Result<f64, 
         "generalized-alpha" => {
             alpha_amplification(&GeneralizedAlpha::generalized(SPECTRAL_RADIUS), lambda, h)
         }
-        _ => Ok(
-            stability_function(method).map_or(f64::NAN, |(above, below)| {
-                amplification_factor(&above, lambda * h) / amplification_factor(&below, lambda * h)
-            }),
-        ),
+        _ => Ok(stability_function(method).map_or(f64::NAN, |(p, q)| {
+            amplification_factor(&p, lambda * h) / amplification_factor(&q, lambda * h)
+        })),
     }
 }
 
-/// P and Q of Radau IIA of order 5, `R = (1 + 2z/5 + z²/20)/(1 − 3z/5 + 3z²/20 − z³/60)`.
+/// Numerator and denominator of the stability function of Radau IIA of order 5, `R = (1 + 2z/5 + z²/20)/(1 − 3z/5 + 3z²/20 − z³/60)`.
 ///
-/// Source: Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.3, Table 3.1 (Padé's, 2 over 3).
+/// Source: Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.3, Table 3.1 (Padé approximation of degrees 2 over 3).
 const RADAU: ([f64; 3], [f64; 4]) = (
     [1.0, 2.0 / 5.0, 1.0 / 20.0],
     [1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0],
 );
 
-/// The spectral radius of a step of the generalised α family on a mode, in `x, h v, h² a`; on a real root in `v, h a`.
+/// Spectral radius of the amplification matrix of the generalised-α family for a mode, in `x, h v, h² a`; on a real root in `v, h a`.
 ///
 /// Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371, equations 3 to 10.
 fn alpha_amplification(w: &GeneralizedAlpha, lambda: Complex, h: f64) -> Result<f64, Error> {
     let (m, f) = (1.0 - w.alpha_m, 1.0 - w.alpha_f);
     let matrix = if lambda.im == 0.0 {
         let c = -lambda.re * h;
-        let below = m + c * f * w.gamma;
-        let a = [-c / below, -(w.alpha_m + c * f * (1.0 - w.gamma)) / below];
+        let m_eff = m + c * f * w.gamma;
+        let a = [-c / m_eff, -(w.alpha_m + c * f * (1.0 - w.gamma)) / m_eff];
         let v = [1.0 + w.gamma * a[0], 1.0 - w.gamma + w.gamma * a[1]];
         Matrix::from_fn(2, 2, |i, j| [v, a][i][j])
     } else {
         let (c, k) = (-2.0 * lambda.re * h, lambda.norm_sqr() * h * h);
-        let below = m + c * f * w.gamma + k * f * w.beta;
+        let m_eff = m + c * f * w.gamma + k * f * w.beta;
         let a = [
-            -k / below,
-            -(c + k * f) / below,
-            -(w.alpha_m + c * f * (1.0 - w.gamma) + k * f * (0.5 - w.beta)) / below,
+            -k / m_eff,
+            -(c + k * f) / m_eff,
+            -(w.alpha_m + c * f * (1.0 - w.gamma) + k * f * (0.5 - w.beta)) / m_eff,
         ];
         let x = [
             1.0 + w.beta * a[0],

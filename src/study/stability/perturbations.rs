@@ -1,4 +1,4 @@
-//! Stress cases: changes of stiffness, inertia, damping, backlash and settings of a scene.
+//! Stress cases: extreme changes of stiffness, inertia, damping, backlash, speed and settings of a scene.
 
 use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ForceLaw, MassMatrix};
@@ -10,32 +10,34 @@ use crate::plan::motion::simulation_setup::SimulationSetup;
 /// Change of a scene that defines a case.
 pub type Perturbation = fn(&mut PerturbedScene);
 
-/// A scene that cases change.
+/// Scene to which a case is applied.
 #[derive(Clone)]
 pub struct PerturbedScene {
-    /// The whole machine.
+    /// Full machine, before elimination of prescribed motions.
     pub model: DynamicModel,
-    /// Motions that are prescribed to it.
+    /// Prescribed motions.
     pub motions: Vec<PrescribedMotion>,
-    /// The state it starts from, without what is prescribed.
+    /// Initial state, without prescribed coordinates.
     pub start: Vec<f64>,
-    /// s.
+    /// End of the integration, s.
     pub end_time: f64,
     /// Tolerance of adaptive methods.
     pub tolerance: f64,
     /// Step of fixed-step methods, s.
     pub step: f64,
-    /// Work after which a rerun is refused, in evaluations.
+    /// Work limit of the integration, in evaluations; see [`MAX_WORK`].
     pub budget: u64,
 }
 
 impl PerturbedScene {
-    /// A scene as it is.
+    /// Unchanged scene of a simulation setup.
     pub fn new(setup: &SimulationSetup, tolerance: f64, step: f64) -> PerturbedScene {
-        let known = setup.model.prescribed.as_ref();
+        let prescribed = setup.model.prescribed.as_ref();
         PerturbedScene {
-            model: known.map_or(&setup.model.model, |k| &k.whole).clone(),
-            motions: known.map_or(Vec::new(), |k| k.motions.clone()),
+            model: prescribed
+                .map_or(&setup.model.model, |k| &k.full_model)
+                .clone(),
+            motions: prescribed.map_or(Vec::new(), |k| k.motions.clone()),
             start: setup.initial_state.clone(),
             end_time: setup.end_time,
             tolerance,
@@ -44,7 +46,7 @@ impl PerturbedScene {
         }
     }
 
-    /// The machine to integrate, and what was taken out of it.
+    /// Model to integrate, and its reduction by the prescribed motions.
     ///
     /// # Errors
     /// Those of [`prescribed::eliminate_motions`].
@@ -52,30 +54,30 @@ impl PerturbedScene {
         if self.motions.is_empty() {
             return Ok((self.model.clone(), None));
         }
-        let (rest, known) =
+        let (model, reduction) =
             prescribed::eliminate_motions(self.model.clone(), self.motions.clone())?;
-        Ok((rest, Some(known)))
+        Ok((model, Some(reduction)))
     }
 }
 
-/// The work after which a case is refused, in evaluations of the equations of motion as [`IntegrationStats::work`] counts them, a reading of the
-/// powers being one as well: some seconds for twenty degrees of freedom. It is counted, so that a verdict does not depend on
-/// what else a computer does.
+/// Work limit of a case, in evaluations of the equations of motion as counted by [`IntegrationStats::work`]; an evaluation of the
+/// powers counts as one. The limit is some seconds for 20 degrees of freedom; as a count it does not depend on the load of
+/// the computer.
 ///
 /// [`IntegrationStats::work`]: crate::motion::problem::IntegrationStats::work
 pub const MAX_WORK: u64 = 3_000_000;
 
-/// Factor on the work limit of the unchanged scene, the one under study.
+/// Factor on the work limit for the unchanged scene.
 pub const BASELINE_FACTOR: u64 = 10;
 
-/// [`MAX_WORK`] for a scene: of more than twenty degrees of freedom, each evaluation costing in proportion, as many fewer as
-/// they are more.
+/// Work limit for a scene: [`MAX_WORK`], reduced in inverse proportion above 20 degrees of freedom, as the cost of an
+/// evaluation grows with their number.
 pub fn work_limit(setup: &SimulationSetup) -> u64 {
     const TWENTY: u64 = 20;
     MAX_WORK * TWENTY / TWENTY.max(setup.model.model.coordinate_count() as u64)
 }
 
-/// Every case, the unchanged scene first.
+/// All cases with their names, the unchanged scene first.
 pub const CASES: &[(&str, Perturbation)] = &[
     ("as it is", |x| x.budget *= BASELINE_FACTOR),
     ("stiffness × 1e6", |x| stiffness(&mut x.model, 1e6)),
@@ -95,10 +97,10 @@ pub const CASES: &[(&str, Perturbation)] = &[
     ("duration × 1000", |x| x.end_time *= 1000.0),
 ];
 
-/// All cases, where they are left out together.
+/// Name of all cases together, if none of them is run.
 pub const ALL_CASES: &str = "all extremes";
 
-/// Why they are, where a study says nothing of time.
+/// Reason why no case is run if a study states no duration.
 pub const REASON_NO_DURATION: &str =
     "the duration of the motion is not stated: add --until \"2 s\", or `until` to the study";
 
@@ -107,31 +109,31 @@ pub fn case_names() -> impl Iterator<Item = &'static str> {
     CASES.iter().map(|c| c.0)
 }
 
-/// Cases that would change nothing in a scene, and why.
+/// Names of the cases that would change nothing in a scene, with the reason.
 pub fn skipped_cases(
     setup: &SimulationSetup,
 ) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let idle =
+    let reason =
         |&(name, _): &(&'static str, Perturbation)| Some((name, no_effect_reason(name, setup)?));
-    CASES.iter().filter_map(idle)
+    CASES.iter().filter_map(reason)
 }
 
-/// Why a case changes nothing.
+/// Reason why a case changes nothing; `None` if it has an effect.
 pub fn no_effect_reason(name: &str, setup: &SimulationSetup) -> Option<&'static str> {
-    let known = setup.model.prescribed.as_ref();
-    let model = known.map_or(&setup.model.model, |k| &k.whole);
-    let plays = |law: &ForceLaw| matches!(law, ForceLaw::Contact(c) if c.half_play > 0.0);
-    let imposed = model.elements.iter().any(|b| {
+    let prescribed = setup.model.prescribed.as_ref();
+    let model = prescribed.map_or(&setup.model.model, |k| &k.full_model);
+    let has_backlash = |law: &ForceLaw| matches!(law, ForceLaw::Contact(c) if c.half_play > 0.0);
+    let is_imposed = model.elements.iter().any(|b| {
         let waves = b.stiffness_wave.iter().chain(&b.angle_waves);
         waves.into_iter().any(|w| w.phase.angle().is_none()) || b.imposed_displacement.is_some()
     });
     let n = setup.model.model.coordinate_count();
-    let turns = known.is_some() || setup.initial_state[n..2 * n].iter().any(|v| *v != 0.0);
+    let rotates = prescribed.is_some() || setup.initial_state[n..2 * n].iter().any(|v| *v != 0.0);
     match name {
-        "backlash 0" | "backlash × 1e4" if !model.elements.iter().any(|b| plays(&b.law)) => {
+        "backlash 0" | "backlash × 1e4" if !model.elements.iter().any(|b| has_backlash(&b.law)) => {
             Some("no contact has play")
         }
-        "speed 0" | "speed × 100" if !turns && !imposed => {
+        "speed 0" | "speed × 100" if !rotates && !is_imposed => {
             Some("the setup starts at rest and no speed is imposed")
         }
         _ => None,
@@ -171,7 +173,7 @@ fn inertia(model: &mut DynamicModel, factor: f64) {
 }
 
 /// Sets the damper of every branch from its stiffness and effective mass.
-fn damping(model: &mut DynamicModel, of: fn(f64, f64) -> f64) {
+fn damping(model: &mut DynamicModel, coefficient: fn(f64, f64) -> f64) {
     let masses: Vec<f64> = model
         .elements
         .iter()
@@ -183,18 +185,18 @@ fn damping(model: &mut DynamicModel, of: fn(f64, f64) -> f64) {
         })
         .collect();
     for (b, m) in model.elements.iter_mut().zip(masses) {
-        // What joins no inertia has no damping of its own.
+        // An element that acts on no inertia keeps its damping.
         if !m.is_finite() {
             continue;
         }
         match &mut b.law {
-            ForceLaw::Linear { stiffness, damping } => *damping = of(*stiffness, m),
-            ForceLaw::Contact(contact) => contact.damping = of(contact.stiffness, m),
+            ForceLaw::Linear { stiffness, damping } => *damping = coefficient(*stiffness, m),
+            ForceLaw::Contact(contact) => contact.damping = coefficient(contact.stiffness, m),
             _ => {}
         }
     }
     model.mass_damping = 0.0;
-    if let Some((_, c)) = &mut model.unattached {
+    if let Some((_, c)) = &mut model.global_matrices {
         *c = Matrix::zeros(c.nrows(), c.ncols());
     }
 }
@@ -207,15 +209,13 @@ fn backlash(model: &mut DynamicModel, factor: f64) {
     }
 }
 
-fn speed(extreme: &mut PerturbedScene, factor: f64) {
-    let n = extreme.model.coordinate_count() - extreme.motions.len();
-    for motion in &mut extreme.motions {
+fn speed(scene: &mut PerturbedScene, factor: f64) {
+    let n = scene.model.coordinate_count() - scene.motions.len();
+    for motion in &mut scene.motions {
         motion.signal = motion.signal.scaled(factor);
     }
-    extreme.start[n..2 * n]
-        .iter_mut()
-        .for_each(|v| *v *= factor);
-    for b in &mut extreme.model.elements {
+    scene.start[n..2 * n].iter_mut().for_each(|v| *v *= factor);
+    for b in &mut scene.model.elements {
         for wave in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
             if let WavePhase::Imposed { omega, .. } = &mut wave.phase {
                 *omega *= factor;

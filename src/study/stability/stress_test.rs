@@ -276,11 +276,11 @@ impl RequestedAccuracy {
         match self {
             RequestedAccuracy::Exact => String::new(),
             RequestedAccuracy::Tolerance(tolerance, steps) => format!(
-                "too coarse: {gap:.0e} of the energy is missing, which an error of {tolerance:.0e} in each of {steps} steps allows; a tolerance of about {:.0e} would hold it",
+                "too coarse: energy-balance error {gap:.0e}, consistent with an error of {tolerance:.0e} in each of {steps} steps; use a tolerance of about {:.0e}",
                 tolerance * ratio
             ),
             RequestedAccuracy::Step(step, order) => format!(
-                "the step is too long: {gap:.0e} of the energy is missing; steps of about {} would hold it",
+                "the step is too long: energy-balance error {gap:.0e}; use steps of about {}",
                 format_time(step * ratio.powf(1.0 / f64::from(order)))
             ),
         }
@@ -310,7 +310,7 @@ pub fn judge_balance(
     if gap + uncertainty <= MAX_ENERGY_ERROR {
         (CaseVerdict::Pass, Some(gap), None)
     } else if gap - uncertainty > MAX_ENERGY_ERROR.max(options.max_energy_error()) {
-        let message = "the energy does not add up".to_string();
+        let message = "the energy balance does not close".to_string();
         (CaseVerdict::Fail, Some(gap), Some(message))
     } else if gap - uncertainty > MAX_ENERGY_ERROR {
         refused(Some(gap), options.coarse_step_message(gap))

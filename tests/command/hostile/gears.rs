@@ -40,7 +40,7 @@ const GEARS: &[(&str, &str, &str)] = &[
     ("\"20 deg\"", "\"20 mm\"", "[wrong-unit] | gear.toml:6:"),
     ("\"30 mm\"", "\"-30 mm\"", "gear.toml:7: | face_width"),
     ("ISO 1328-1:2013", "ISO 9999", "gear.toml:8: | ISO 9999"),
-    ("accuracy = 6", "accuracy = -1", "[out-of-range] | gear.toml:9: | no notation of grades"),
+    ("accuracy = 6", "accuracy = -1", "[out-of-range] | gear.toml:9: | not a notation of grades"),
     ("accuracy = 6", "accuracy = 99", "gear.toml:9: | accuracy"),
     ("\"pitch\"", "\"pich\"", "[out-of-range] | gear.toml:11: | did you mean \"pitch\"?"),
     ("\"index\"", "\"guess\"", "[out-of-range] | gear.toml:12:"),

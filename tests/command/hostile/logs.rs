@@ -168,7 +168,7 @@ pub fn rows() -> Vec<Row> {
         Row::new("hall.wav", wav(1, 1, 8000, 0, 4, b"\x01\x02\x03\x04"), "check FILE", 2, "[broken-file]"),
         Row::new("hall.wav", wav(77, 1, 8000, 16, 4, b"\x01\x02\x03\x04"), "check FILE", 2, "[unknown-format]"),
         Row::new("hall.wav", wav(1, 1, 8000, 16, 0, b""), "check FILE", 2, "[empty-log]"),
-        Row::new("hall.wav", wav(3, 1, 8000, 32, 8, b"\x00\x00\xc0\x7f\x00\x00\xc0\x7f"), "check FILE", 0, "no number at all"),
+        Row::new("hall.wav", wav(3, 1, 8000, 32, 8, b"\x00\x00\xc0\x7f\x00\x00\xc0\x7f"), "check FILE", 0, "no numbers"),
         Row::new("hall.wav", b"RIFF", "check FILE", 2, "[empty-log] | hall.wav"),
         Row::new("hall.wav", b"RIFF\xff\xff\xff\xffWAVE", "check FILE", 2, "[broken-file]"),
         // MATLAB files.

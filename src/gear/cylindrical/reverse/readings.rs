@@ -107,12 +107,12 @@ impl GearReadings {
         }
         let first = self.spans.first().map(|span| span.k);
         if self.spans.iter().all(|span| Some(span.k) == first) {
-            let message = "the spans are over one number of teeth, so the base pitch is unknown";
+            let message = "all spans are over one number of teeth, so the base pitch is unknown";
             return Err(Error::new(Code::IllPosed, message)
                 .with_hint("measure over k and over k + 1 teeth"));
         }
         if self.tip_helix.is_some() && (self.tip_diameter.is_none() || self.internal) {
-            let message = "the helix angle at the tip is of use with the tip diameter of an external gear only";
+            let message = "the helix angle at the tip needs the tip diameter of an external gear";
             return Err(Error::new(Code::IllPosed, message).with_hint("measure the tip diameter"));
         }
         Ok(())

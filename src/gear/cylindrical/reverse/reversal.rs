@@ -1,12 +1,12 @@
 //! The reversal: every standard gear fitted to the readings, those kept that agree, ranked by misfit.
 
 use super::candidate::{CENTRE_DISTANCE, Candidate, Deviation};
-use super::confusion::Confusion;
+use super::confusion::Ambiguity;
 use super::readings::GearReadings;
 use super::standard_sizes::{PRESSURE_ANGLES, ToothSize};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 
 /// Candidates, best first, and pairs of them that the readings leave open.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Reversal {
     /// Candidates by rising misfit.
     pub candidates: Vec<Candidate>,
     /// Pairs of the candidates that the readings do not separate from the best.
-    pub confusions: Vec<Confusion>,
+    pub ambiguities: Vec<Ambiguity>,
 }
 
 /// Largest deviation of a span in its standard uncertainties at which a candidate is kept. Tip and root diameters only rank: tips are
@@ -53,11 +53,11 @@ impl GearReadings {
             let nearest = nearest.map(|(_, deviation, candidate)| (deviation, candidate));
             return Err(self.no_candidate(nearest));
         }
-        sort_rising(&mut candidates, |a| a.misfit);
-        let confusions = self.confusions(&candidates);
+        sort_ascending(&mut candidates, |a| a.misfit);
+        let confusions = self.ambiguities(&candidates);
         Ok(Reversal {
             candidates,
-            confusions,
+            ambiguities: confusions,
         })
     }
 

@@ -6,7 +6,7 @@ use super::super::local_fit::{LocalFit, fit_locally};
 use super::super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine};
 use super::super::scan::{ScanPeak, scan};
 use super::{MAX_BATCH, MAX_TRIALS, REASON_NOISE, StepwiseSearch, is_same_pole};
-use crate::numeric::sorting::sort_falling;
+use crate::numeric::sorting::sort_descending;
 
 /// Steps of all poles together after one was added. No precision is bought before all are in.
 const STEPS_AFTER_ADDED: usize = 6;
@@ -110,7 +110,7 @@ impl StepwiseSearch<'_> {
             }
             tries.push((placed.map_or(peak.gain, |p| p.gain), model));
         }
-        sort_falling(&mut tries, |a| a.0);
+        sort_descending(&mut tries, |a| a.0);
         for (gain, model) in tries {
             let start = model.poles.last().copied()?;
             if gain < NEAR_THRESHOLD * self.threshold && self.options.fixed_pole_count.is_none() {

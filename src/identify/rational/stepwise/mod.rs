@@ -162,7 +162,7 @@ impl<'a> StepwiseSearch<'a> {
         let fit = self.recompress(fit);
         StepwiseResult {
             fit,
-            compressed: (!self.lines.is_whole()).then(|| self.lines.problem.into_owned()),
+            compressed: (!self.lines.is_uncompressed()).then(|| self.lines.problem.into_owned()),
             rejected: self.rejected,
             steps: self.steps,
             scans: self.scans,
@@ -183,7 +183,7 @@ impl<'a> StepwiseSearch<'a> {
     /// Residual on the measured lines of a fit to condensed ones.
     fn residual_on_all_lines<'f>(&self, fit: &'f ModelFit) -> Cow<'f, Matrix> {
         let of_lines = &fit.fits[0];
-        match self.lines.is_whole() {
+        match self.lines.is_uncompressed() {
             true => Cow::Borrowed(&of_lines.e),
             false => {
                 let all = residual(self.measured, &fit.model, self.numerators, of_lines);
@@ -272,7 +272,7 @@ impl<'a> StepwiseSearch<'a> {
                     fit.chi2 - best,
                     1,
                     false,
-                    "at the best place in the band, too little to try",
+                    "too little to try, even at the best frequency",
                 ));
             }
             return (fit, false);

@@ -8,7 +8,7 @@ use super::super::basis::ScaledPole;
 use super::super::local_fit::cut_window;
 use super::super::projection::{ModelFit, PoleModel, StopCriteria, refine};
 use super::{StepwiseOptions, StepwiseSearch, parameters_per_pole};
-use crate::numeric::sorting::sort_rising;
+use crate::numeric::sorting::sort_ascending;
 use crate::numeric::{Matrix, parallel};
 
 /// Maximum number of poles selected jointly, and within a sub-band.
@@ -57,7 +57,7 @@ fn contains((low, high): (f64, f64), w: f64) -> bool {
 /// Sub-bands with equal numbers of poles in their cores, which cover the whole axis.
 fn sub_bands(poles: &[ScaledPole]) -> Vec<SubBand> {
     let mut w: Vec<f64> = poles.iter().map(|p| p.w).collect();
-    sort_rising(&mut w, |&w| w);
+    sort_ascending(&mut w, |&w| w);
     let limit = |k: isize| match usize::try_from(k) {
         Ok(k) if k >= w.len() => f64::INFINITY,
         Ok(k) if k > 0 => 0.5 * (w[k - 1] + w[k]),

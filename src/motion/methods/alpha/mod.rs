@@ -27,7 +27,7 @@ use step::{AlphaState, AlphaStep, interpolate, local_errors, step, switch_error}
 use system::ConstantPart;
 use weights::{GeneralizedAlpha, SPECTRAL_RADIUS};
 
-/// Newmark's average acceleration.
+/// Newmark's method of average acceleration.
 ///
 /// # Errors
 /// Those of [`run`].
@@ -39,7 +39,7 @@ pub fn newmark(
     run(&GeneralizedAlpha::newmark(), model, options, sink)
 }
 
-/// Hilber, Hughes and Taylor's with ρ = 0.8 (α = −1/9).
+/// HHT-α method of Hilber, Hughes and Taylor with ρ∞ = 0.8 (α = −1/9).
 ///
 /// # Errors
 /// Those of [`run`].
@@ -56,7 +56,7 @@ pub fn hht(
     )
 }
 
-/// Chung and Hulbert's with ρ = 0.8.
+/// Generalised-α method of Chung and Hulbert with ρ∞ = 0.8.
 ///
 /// # Errors
 /// Those of [`run`].
@@ -73,36 +73,36 @@ pub fn generalized(
     )
 }
 
-/// Why the family cannot take a machine.
+/// Reason why the method family does not support a model; `None` if it does.
 pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
-    let pressed = |b: &&ForceElement| matches!(b.law, ForceLaw::LoadFriction(_));
-    if let Some(b) = model.elements.iter().find(pressed) {
+    let is_load_friction = |b: &&ForceElement| matches!(b.law, ForceLaw::LoadFriction(_));
+    if let Some(b) = model.elements.iter().find(is_load_friction) {
         return Some(format!(
             "the friction of {} depends on the force of another branch, and this method solves each branch alone",
             b.name
         ));
     }
-    if let Some(why) = algebraic::why_inertia_needed(model) {
-        return Some(why);
+    if let Some(reason) = algebraic::inertia_requirement(model) {
+        return Some(reason);
     }
     (model.internal_count() > 0).then(|| {
-        "a branch has an inner state (a late torque, a spring and a damper in series), which is not of second order"
+        "a branch has an inner state (a delayed torque, a spring and a damper in series), which is not of second order"
             .to_string()
     })
 }
 
-/// Parts an interval is divided into where the step is chosen by the error, as a power of two: steps are powers of two of them,
-/// and the shortest, which a jump of the force needs, are near rounding.
+/// Binary logarithm of the number of parts of an interval under error control. Steps are powers of two of a part; the shortest step,
+/// needed at a jump of the force, is near rounding.
 const MAX_HALVINGS: u32 = 50;
 
-/// As many.
+/// Number of parts of an interval under error control.
 const PARTS: u64 = 1 << MAX_HALVINGS;
 
-/// Integrates a machine, with a fixed step or by a tolerance on positions and speeds. Contacts stand where each step's state puts
-/// them, and dry friction is spread over its creep speed.
+/// Integrates a machine, with a fixed step or with error control of positions and velocities. Contact states follow from the state
+/// in each step, and dry friction is regularised.
 ///
 /// # Errors
-/// `NoConvergence` of Newton's iteration, `Hopeless` beyond the budget, and what cannot be asked.
+/// `NoConvergence` of Newton's iteration, `BudgetExceeded`, and invalid options.
 pub fn run(
     weights: &GeneralizedAlpha,
     model: &DynamicModel,
@@ -110,8 +110,8 @@ pub fn run(
     sink: &mut SampleSink,
 ) -> Result<IntegrationStats, Error> {
     check_options(options, model.len())?;
-    if let Some(why) = unsupported_reason(model) {
-        return Err(Error::new(Code::Usage, why).with_hint("take radau5"));
+    if let Some(reason) = unsupported_reason(model) {
+        return Err(Error::new(Code::Usage, reason).with_hint("take radau5"));
     }
     let n = model.coordinate_count();
     let mut stats = IntegrationStats::default();
@@ -121,7 +121,7 @@ pub fn run(
     scale.update(&options.initial_state);
     let mut y = options.initial_state.clone();
     samples.emit_until(options.from, &mut y, None, |_, _| ())?;
-    let mut size = PARTS >> 10;
+    let mut count = PARTS >> 10;
     let mut from = options.from;
     while samples.due().is_some() && from < options.to {
         let to = next_discontinuity_within(|t| model.next_discontinuity(t), from, options.to);
@@ -138,68 +138,67 @@ pub fn run(
             StepSize::Adaptive(_) => PARTS,
         };
         let part = (to - from) / parts as f64;
-        let mut done = 0;
-        let mut last: Option<(f64, Vec<f64>)> = None;
-        // The step that a stands for.
-        let mut meant = 0.0;
-        while done < parts && samples.due().is_some() {
-            let t = from + part * done as f64;
-            let (h, taken) = match options.step_size {
+        let mut n_done = 0;
+        let mut previous: Option<(f64, Vec<f64>)> = None;
+        // Step size that the algorithmic acceleration refers to.
+        let mut h_of_a = 0.0;
+        while n_done < parts && samples.due().is_some() {
+            let t = from + part * n_done as f64;
+            let (h, n_parts) = match options.step_size {
                 StepSize::Fixed(_) => (part, 1),
-                // A step of a power of two begins at a multiple of itself.
+                // A step of 2^k parts begins at a multiple of 2^k parts.
                 StepSize::Adaptive(_) => {
-                    size = size.min(1 << done.trailing_zeros().min(MAX_HALVINGS));
-                    (part * size as f64, size)
+                    count = count.min(1 << n_done.trailing_zeros().min(MAX_HALVINGS));
+                    (part * count as f64, count)
                 }
             };
             let controlled = matches!(options.step_size, StepSize::Adaptive(_));
-            if let Some((before, rise)) = last.as_ref().filter(|_| controlled) {
-                state.rescale_acceleration(weights, (h - meant) / before, rise);
-                meant = h;
+            if let Some((before, rise)) = previous.as_ref().filter(|_| controlled) {
+                state.rescale_acceleration(weights, (h - h_of_a) / before, rise);
+                h_of_a = h;
             }
             let mut stepped = step(&mut constant, &state, t, h, clock, &scale, &mut stats);
-            let mut first = None;
-            // Before the first step only the motion tells how a changes.
+            let mut corrected = None;
+            // The rate of change of a before the first step follows from a trial step.
             if let Ok(trial) = stepped.as_ref()
                 && controlled
-                && last.is_none()
+                && previous.is_none()
             {
-                let there = [&trial.end.q[..], &trial.end.v[..]].concat();
-                model.derivative(clock(t + h), &there, &mut slope);
+                let trial_state = [&trial.end.q[..], &trial.end.v[..]].concat();
+                model.derivative(clock(t + h), &trial_state, &mut slope);
                 stats.evaluations += 1;
                 let rise: Vec<f64> = (0..n).map(|i| slope[n + i] - state.a[i]).collect();
-                let carried = first.insert(state.clone());
-                carried.rescale_acceleration(weights, 1.0, &rise);
-                stepped = step(&mut constant, carried, t, h, clock, &scale, &mut stats);
+                let initial = corrected.insert(state.clone());
+                initial.rescale_acceleration(weights, 1.0, &rise);
+                stepped = step(&mut constant, initial, t, h, clock, &scale, &mut stats);
             }
-            let begun = first.as_ref().unwrap_or(&state);
+            let y0 = corrected.as_ref().unwrap_or(&state);
             let AlphaStep {
                 end: next,
-                frozen_regime: held,
+                frozen_regime: regime,
             } = match stepped {
-                Err(_) if controlled && size > 1 => {
+                Err(_) if controlled && count > 1 => {
                     stats.rejected += 1;
-                    size /= 2;
+                    count /= 2;
                     continue;
                 }
-                other => other?,
+                result => result?,
             };
-            let mut reached = next.q.clone();
-            reached.extend(&next.v);
+            let mut end_state = next.q.clone();
+            end_state.extend(&next.v);
             if let StepSize::Adaptive(tolerance) = options.step_size {
                 let before: Vec<f64> = [state.q.clone(), state.v.clone()].concat();
-                let sizes = scale.sizes(&before, &reached, h);
-                let mut error = local_errors(weights, [begun, &next], h, last.as_ref());
+                let sizes = scale.sizes(&before, &end_state, h);
+                let mut error = local_errors(weights, [y0, &next], h, previous.as_ref());
                 let times = [t, t + h].map(clock);
-                let late =
-                    switch_error(&constant, [begun, &next], times, held.as_ref(), &mut stats);
-                for (error, late) in error[n..].iter_mut().zip(&late) {
-                    *error = error.abs() + h * late.abs();
+                let lag = switch_error(&constant, [y0, &next], times, regime.as_ref(), &mut stats);
+                for (error, lag) in error[n..].iter_mut().zip(&lag) {
+                    *error = error.abs() + h * lag.abs();
                 }
                 let error = error_norm(&error, &sizes[..2 * n]) / tolerance;
                 if !(error <= 1.0) {
                     stats.rejected += 1;
-                    if size == 1 {
+                    if count == 1 {
                         return Err(Error::new(
                             Code::NoConvergence,
                             format!(
@@ -209,26 +208,26 @@ pub fn run(
                         )
                         .with_hint("the motion jumps there: take a method that locates switches, or a coarser tolerance"));
                     }
-                    size /= 2;
+                    count /= 2;
                     check_budget(options, &stats, t)?;
                     continue;
                 }
-                if error < 0.07 && size < PARTS {
-                    size *= 2;
+                if error < 0.07 && count < PARTS {
+                    count *= 2;
                 }
             }
             stats.steps += 1;
-            done += taken;
-            let u = if done == parts {
+            n_done += n_parts;
+            let u = if n_done == parts {
                 to
             } else {
-                from + part * done as f64
+                from + part * n_done as f64
             };
             check_budget(options, &stats, u)?;
-            scale.update(&reached);
-            let at = |due: f64, into: &mut [f64]| match due == u {
-                true => into.copy_from_slice(&reached),
-                false => interpolate(weights, [begun, &next], h, (due - t) / h, into),
+            scale.update(&end_state);
+            let at = |t_sample: f64, out: &mut [f64]| match t_sample == u {
+                true => out.copy_from_slice(&end_state),
+                false => interpolate(weights, [y0, &next], h, (t_sample - t) / h, out),
             };
             options.observer.observe(DenseOutput {
                 from: t,
@@ -238,9 +237,9 @@ pub fn run(
                 state: &mut { at },
             });
             samples.emit_until(u, &mut y, None, at)?;
-            let rise = next.a.iter().zip(&begun.a).map(|(b, a)| b - a);
-            last = Some((h, rise.collect()));
-            meant = h;
+            let rise = next.a.iter().zip(&y0.a).map(|(b, a)| b - a);
+            previous = Some((h, rise.collect()));
+            h_of_a = h;
             state = next;
         }
         y = [state.q, state.v].concat();

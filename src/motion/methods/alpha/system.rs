@@ -66,7 +66,7 @@ impl<'a> ConstantPart<'a> {
         }
         let is_contact = |&&b: &&usize| matches!(model.elements[b].law, ForceLaw::Contact(_));
         let contacts = others.iter().filter(is_contact).copied().collect();
-        if let Some((k, c)) = &model.unattached {
+        if let Some((k, c)) = &model.global_matrices {
             stiffness += k;
             damping += c;
         }

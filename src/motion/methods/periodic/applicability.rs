@@ -21,23 +21,23 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
             ForceLaw::TorqueSpeed(curve) | ForceLaw::LaggedTorque { curve, .. }
                 if !straight(curve) =>
             {
-                return Some(format!("the torque of {name} is not straight over speed"));
+                return Some(format!("the torque of {name} is not linear in speed"));
             }
             _ => {}
         }
         if b.stiffness_wave.as_ref().is_some_and(turns) {
             return Some(format!(
-                "the stiffness of {name} follows an angle, not time"
+                "the stiffness of {name} depends on an angle, not on time"
             ));
         }
         if b.follows_load() {
-            return Some(format!("the stiffness of {name} follows its load"));
+            return Some(format!("the stiffness of {name} depends on its load"));
         }
         if b.angle_waves.iter().any(turns) {
-            return Some(format!("the error of {name} follows an angle, not time"));
+            return Some(format!("the error of {name} depends on an angle, not time"));
         }
         if let ForceLaw::AngleLocked { .. } = b.law {
-            return Some(format!("{name} follows an angle, not time"));
+            return Some(format!("{name} depends on an angle, not on time"));
         }
         b.angle_waves
             .iter()
@@ -45,9 +45,9 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
             .map(|_| format!("the error of {name} jumps"))
     };
     let bent = || {
-        let message = "a known motion or load is a parabola of time";
+        let message = "a prescribed motion or load is quadratic in time";
         (!model.has_linear_inputs()).then(|| message.to_string())
     };
-    let light = algebraic::why_inertia_needed(model);
+    let light = algebraic::inertia_requirement(model);
     light.or_else(|| model.elements.iter().find_map(of_branch).or_else(bent))
 }

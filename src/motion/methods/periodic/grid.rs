@@ -1,4 +1,4 @@
-//! Common period of all waves and harmonics, divided at their jumps and corners.
+//! Common period of all waves and harmonics, divided at their jumps and kinks.
 
 use std::f64::consts::TAU;
 
@@ -7,55 +7,55 @@ use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ForceElement};
 use crate::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 
-/// `2π − TAU`.
+/// Rounding remainder `2π − TAU`.
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
 
-/// Two frequencies are in a ratio of whole numbers if they are so to this, relative: a few roundings of the products of ratios they come from.
+/// Relative tolerance of a rational ratio of two frequencies: a few rounding errors of the products that they are computed from.
 const SAME_RATIO: f64 = 16.0 * f64::EPSILON;
 
-/// Longest common period looked for, in periods of any one wave.
+/// Longest common period, in periods of a wave.
 const MAX_PERIODS: f64 = 65_536.0;
 
-/// Largest rate times half a piece: Taylor series of the motion then end after some twenty terms.
+/// Largest rate times half the length of a piece; Taylor series of the motion then converge within about twenty terms.
 const MAX_RATE_STEP: f64 = 0.75;
 
-/// A period in pieces.
+/// Common period, divided into pieces.
 #[derive(Debug, Clone)]
 pub struct PeriodGrid {
-    /// T, s; rounded.
+    /// Period T, s, rounded.
     pub period: f64,
-    /// Rounding remainder of the period.
+    /// Rounding remainder of the period, s.
     rest: f64,
-    /// In order, from the start of the run.
+    /// Pieces in order of time, from the start of the run.
     pub pieces: Vec<PeriodPiece>,
 }
 
-/// From `middle − half` to `middle + half`, s after the start of a period.
+/// Piece of the period from `middle − half` to `middle + half`, s after its start.
 #[derive(Debug, Clone, Copy)]
 pub struct PeriodPiece {
-    /// s.
+    /// Midpoint, s.
     pub middle: f64,
-    /// s.
+    /// Half the length, s.
     pub half: f64,
 }
 
-/// More pieces than any table has room for.
+/// Maximum number of pieces between two knots.
 const MAX_PIECES: f64 = 1e7;
 
-/// An instant: whole periods since the start, and what is left of it, s.
+/// Time as a number of whole periods since the start and a remainder, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodTime {
-    /// Whole periods.
+    /// Whole periods since the start.
     pub periods: u64,
-    /// From the start of that period, s.
-    pub within: f64,
+    /// Time from the start of that period, s.
+    pub remainder: f64,
 }
 
 impl PeriodGrid {
-    /// The pieces of a machine's period when its run starts at `from`, s; `fastest` is the largest rate of its motion, rad/s.
+    /// Grid of a model whose run starts at `from`, s; `fastest` is the largest rate of its motion, rad/s.
     ///
     /// # Errors
-    /// `BudgetExceeded` where its frequencies share no period.
+    /// `BudgetExceeded` if the frequencies have no common period or a piece is too short.
     pub fn new(model: &DynamicModel, from: f64, fastest: f64) -> Result<PeriodGrid, Error> {
         let (period, rest) = common_period(model, fastest)?;
         let mut ends = vec![0.0, period];
@@ -67,20 +67,20 @@ impl PeriodGrid {
         if let Some(last) = ends.last_mut() {
             *last = period;
         }
-        let half_at_most = MAX_RATE_STEP / fastest.max(highest_frequency(model));
+        let max_half = MAX_RATE_STEP / fastest.max(highest_frequency(model));
         let mut pieces = Vec::new();
         for pair in ends.windows(2) {
             let length = pair[1] - pair[0];
-            let count = (length / (2.0 * half_at_most)).ceil().max(1.0);
+            let count = (length / (2.0 * max_half)).ceil().max(1.0);
             if !(count <= MAX_PIECES) {
                 let message = format!(
-                    "the fastest motion, {fastest:.1e} rad/s, takes {count:.1e} pieces of a period of {period:.3e} s"
+                    "the fastest motion, {fastest:.1e} rad/s, takes {count:.1e} segments of a period of {period:.3e} s"
                 );
                 return Err(Error::new(Code::BudgetExceeded, message)
-                    .with_hint("check the largest stiffness and the smallest inertia and their units; make what is so stiff rigid"));
+                    .with_hint("check the largest stiffness and the smallest inertia and their units; make the stiffest element rigid"));
             }
-            pieces.extend((0..count as usize).map(|at| PeriodPiece {
-                middle: pair[0] + length * (at as f64 + 0.5) / count,
+            pieces.extend((0..count as usize).map(|k| PeriodPiece {
+                middle: pair[0] + length * (k as f64 + 0.5) / count,
                 half: 0.5 * length / count,
             }));
         }
@@ -91,36 +91,36 @@ impl PeriodGrid {
         })
     }
 
-    /// The instant `elapsed` seconds after the start.
+    /// Time in periods from the time `elapsed` after the start, s.
     pub fn instant(&self, elapsed: f64) -> PeriodTime {
-        let left = |periods: f64| (-periods).mul_add(self.period, elapsed) - periods * self.rest;
+        let rest = |periods: f64| (-periods).mul_add(self.period, elapsed) - periods * self.rest;
         let mut periods = (elapsed / self.period).floor().max(0.0);
-        if left(periods) < 0.0 && periods > 0.0 {
+        if rest(periods) < 0.0 && periods > 0.0 {
             periods -= 1.0;
         }
         PeriodTime {
             periods: periods as u64,
-            within: left(periods),
+            remainder: rest(periods),
         }
     }
 
-    /// Seconds from the start to the beginning of a period.
+    /// Time from the start of the run to the start of a period, s.
     pub fn elapsed(&self, periods: u64) -> f64 {
         let periods = periods as f64;
         periods.mul_add(self.period, periods * self.rest)
     }
 
-    /// Position of an instant on a piece of a period: −1 at its start, 1 at its end.
+    /// Position of a time on a piece of a period: −1 at its start, 1 at its end.
     pub fn position_in_piece(&self, instant: PeriodTime, periods: u64, piece: usize) -> f64 {
         let PeriodPiece { middle, half } = self.pieces[piece];
         let ahead = instant.periods as f64 - periods as f64;
-        (ahead * self.period + (instant.within - middle)) / half
+        (ahead * self.period + (instant.remainder - middle)) / half
     }
 }
 
-/// Waves whose phase is imposed and moves: of stiffness and of transmission error.
+/// Waves of stiffness and transmission error at an imposed, nonzero speed.
 fn waves(model: &DynamicModel) -> impl Iterator<Item = &PeriodicFunction> {
-    let both = |branch| {
+    let waves = |branch| {
         let ForceElement {
             stiffness_wave: variation,
             angle_waves: followed,
@@ -131,7 +131,7 @@ fn waves(model: &DynamicModel) -> impl Iterator<Item = &PeriodicFunction> {
     model
         .elements
         .iter()
-        .flat_map(both)
+        .flat_map(waves)
         .filter(|wave| omega(wave) != 0.0)
 }
 
@@ -147,7 +147,7 @@ pub fn frequencies(model: &DynamicModel) -> impl Iterator<Item = f64> {
     waves(model).map(omega)
 }
 
-/// The highest frequency of any smooth wave or load, rad/s.
+/// Highest frequency of the smooth waves and the harmonic loads, rad/s.
 fn highest_frequency(model: &DynamicModel) -> f64 {
     let highest = |wave: &PeriodicFunction| match &wave.waveform {
         Waveform::Fourier { terms, .. } => {
@@ -161,34 +161,34 @@ fn highest_frequency(model: &DynamicModel) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// T in two parts, s; `2π/fastest` where nothing repeats.
+/// Common period T and its rounding remainder, s; `2π/fastest` without periodic inputs.
 ///
 /// # Errors
-/// `BudgetExceeded` where the frequencies share no period.
+/// `BudgetExceeded` if the frequencies have no common period.
 pub(crate) fn common_period(model: &DynamicModel, fastest: f64) -> Result<(f64, f64), Error> {
-    let all: Vec<f64> = frequencies(model).chain(model.harmonics()).collect();
-    let Some(&first) = all.first() else {
+    let omegas: Vec<f64> = frequencies(model).chain(model.harmonics()).collect();
+    let Some(&first) = omegas.first() else {
         return Ok((TAU / fastest, 0.0));
     };
-    // The base frequency is first/turns.
+    // The fundamental frequency is first/turns.
     let mut turns = 1.0;
-    for &omega in &all {
+    for &omega in &omegas {
         let ratio = omega * turns / first;
-        let more = (1..)
+        let factor = (1..)
             .map(f64::from)
-            .take_while(|more| more * turns <= MAX_PERIODS)
-            .find(|more| {
-                let times = ratio * more;
-                times.round() >= 1.0 && (times - times.round()).abs() <= SAME_RATIO * times
+            .take_while(|factor| factor * turns <= MAX_PERIODS)
+            .find(|factor| {
+                let order = ratio * factor;
+                order.round() >= 1.0 && (order - order.round()).abs() <= SAME_RATIO * order
             });
-        let Some(more) = more else {
+        let Some(factor) = factor else {
             let message = format!(
-                "the frequencies {first} rad/s and {omega} rad/s share no period of up to {MAX_PERIODS} turns"
+                "the frequencies {first} rad/s and {omega} rad/s have no common period of up to {MAX_PERIODS} turns"
             );
             return Err(Error::new(Code::BudgetExceeded, message)
                 .with_hint("choose a time-stepping method: give --tolerance"));
         };
-        turns *= more;
+        turns *= factor;
     }
     let product = turns * TAU;
     let period = product / first;
@@ -196,28 +196,28 @@ pub(crate) fn common_period(model: &DynamicModel, fastest: f64) -> Result<(f64, 
     Ok((period, rest / first))
 }
 
-/// Times in a period, s after its start, at which a wave jumps or bends.
+/// Times of the jumps and kinks of a wave within a period, s after its start.
 fn jump_times(wave: &PeriodicFunction, from: f64, period: f64) -> Vec<f64> {
     let WavePhase::Imposed { omega, start } = wave.phase else {
         return Vec::new();
     };
-    let ends: Vec<f64> = match &wave.waveform {
+    let knots: Vec<f64> = match &wave.waveform {
         Waveform::Rectangular { duty, .. } => vec![0.0, *duty],
         Waveform::Fourier { .. } => Vec::new(),
         Waveform::Table(values) => (0..values.len())
-            .map(|at| at as f64 / values.len() as f64)
+            .map(|k| k as f64 / values.len() as f64)
             .collect(),
     };
     let begin = omega * from + start;
     let turns = (omega.abs() * period / TAU).round() as i64;
-    let whole = (begin / TAU).floor() as i64;
+    let first_turn = (begin / TAU).floor() as i64;
     let (low, high) = match omega > 0.0 {
-        true => (whole, whole + turns + 1),
-        false => (whole - turns - 1, whole),
+        true => (first_turn, first_turn + turns + 1),
+        false => (first_turn - turns - 1, first_turn),
     };
     (low..=high)
-        .flat_map(|turn| ends.iter().map(move |end| turn as f64 + end))
+        .flat_map(|turn| knots.iter().map(move |knot| turn as f64 + knot))
         .map(|psi| (psi * TAU - begin) / omega)
-        .filter(|&at| at > 0.0 && at < period)
+        .filter(|&t| t > 0.0 && t < period)
         .collect()
 }

@@ -80,7 +80,7 @@ fn run(
                 from: options.from + from,
                 to: options.from + to,
                 time_scale: to - from,
-                regime: Some(&walk.whole_regime()),
+                regime: Some(&walk.full_regime()),
                 state: &mut |t, y| {
                     let instant = walk.cache.grid.instant(t - options.from);
                     let place = walk.position_of(instant);

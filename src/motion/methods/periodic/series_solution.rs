@@ -121,7 +121,7 @@ impl SeriesSolutions {
             .try_fold(2, |n, length| length.map(|length| n.max(length)))
             .ok_or_else(|| {
                 let message = format!(
-                    "the series of the motion over {} s do not end after {MAX_TERMS} terms",
+                    "the series of the motion over {} s do not converge in {MAX_TERMS} terms",
                     2.0 * model.half
                 );
                 Error::new(Code::NoConvergence, message)

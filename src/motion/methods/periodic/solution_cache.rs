@@ -243,6 +243,6 @@ fn too_large(bytes: f64, grid: &PeriodGrid) -> Error {
         MAX_BYTES / 1_000_000
     );
     Error::new(Code::BudgetExceeded, message).with_hint(
-        "the fastest motion is far from the period; choose a method that steps through time",
+        "the fastest oscillation is far shorter than the period; choose a time-stepping method",
     )
 }

@@ -1,4 +1,4 @@
-//! Responses by averages over blocks, or by local polynomials where those serve.
+//! FRFs by averages over blocks, or by local polynomials within the excited band.
 
 use super::super::{excited_band, sample_blocks};
 use super::local::{LocalEstimate, estimate_local};
@@ -12,19 +12,19 @@ use crate::spectrum::frf::{self, Estimator};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 use crate::spectrum::window::{Window, line_correlation, smearing_lines};
 
-/// Default minimum number of blocks: enough for a variance.
+/// Minimum number of blocks by default: enough for an estimate of the variance.
 const MIN_DEFAULT_BLOCKS: usize = 16;
 
-/// The longest block taken unasked: 65 536 samples.
+/// Longest default block, samples.
 const MAX_DEFAULT_BLOCK: usize = 1 << 16;
 
-/// A resonance narrower than so many lines is smeared by the window of averaged blocks.
+/// Resonance width, lines, below which the window of averaged blocks smears a resonance.
 const WINDOW_SMEARING_LINES: f64 = 3.0;
 
-/// Samples of a window, for what does not depend on their number.
+/// Samples of a window for quantities that do not depend on the block length.
 const WINDOW_SAMPLES: usize = 256;
 
-/// Samples that have a spectrum, at least.
+/// Minimum number of samples of a spectrum.
 const MIN_SAMPLES: usize = 4;
 
 pub(super) fn estimate_from_blocks(
@@ -35,8 +35,8 @@ pub(super) fn estimate_from_blocks(
     request: ResolutionRequest,
 ) -> Result<EstimatedResponses, Error> {
     let options = welch_options(recording, study)?;
-    let places: Vec<usize> = (0..channels.len()).collect();
-    let (ins, outs) = places.split_at(inputs);
+    let channel_indices: Vec<usize> = (0..channels.len()).collect();
+    let (ins, outs) = channel_indices.split_at(inputs);
     let mut estimator = WelchEstimator::new(
         recording.rate_hz,
         channels.len(),
@@ -45,20 +45,20 @@ pub(super) fn estimate_from_blocks(
     )?;
     sample_blocks::average(recording, channels, &mut estimator)?;
     let spectra = estimator.finish()?;
-    // The window's main lobe spreads the mean over the first lines; filters bend the last ones.
+    // The main lobe of the window spreads the mean over the first lines; anti-aliasing filters distort the last ones.
     const BAND_EDGE_SHARE: f64 = 0.95;
     let (lines, top) = (
         &spectra.frequency_hz,
         BAND_EDGE_SHARE * recording.rate_hz / 2.0,
     );
-    let whole = lines.get(3).map(|&low| (low, top)).filter(|b| b.0 < b.1);
-    let driven = excited_band::of_inputs(&spectra, ins).map(|(low, high)| match whole {
-        Some((least, most)) => (low.max(least).min(most), high.min(most)),
+    let full = lines.get(3).map(|&low| (low, top)).filter(|b| b.0 < b.1);
+    let excited = excited_band::of_inputs(&spectra, ins).map(|(low, high)| match full {
+        Some((lowest, highest)) => (low.max(lowest).min(highest), high.min(highest)),
         None => (low, high),
     });
-    let usable_hz = driven.or(whole);
+    let usable_hz = excited.or(full);
     let mut how_driven = String::new();
-    if let (None, Some((low, high))) = (request.band_hz, driven.filter(|_| driven != whole)) {
+    if let (None, Some((low, high))) = (request.band_hz, excited.filter(|_| excited != full)) {
         how_driven = format!(
             "; the input has power, within {:.0} dB of its plateau, from {low:.4} to {high:.4} Hz",
             -10.0 * excited_band::PLATEAU_POWER_SHARE.log10()
@@ -66,16 +66,15 @@ pub(super) fn estimate_from_blocks(
     }
     let band = request.band_hz.or(usable_hz).filter(|_| study.is_default());
     let average = || frf::estimate(&spectra, ins, outs, study.estimator);
-    // Few neighbouring lines tell no more than that coherent inputs are not distinguished; an average says on which lines they
-    // are.
-    let known = if inputs > 1 { Some(average()?) } else { None };
-    let are_apart = |band: &(f64, f64)| {
-        let inside = |&k: &usize| (band.0..=band.1).contains(&spectra.frequency_hz[k]);
-        known
+    // A local estimate only detects that inputs are coherent; averages show the lines on which they are not distinguished.
+    let averaged = if inputs > 1 { Some(average()?) } else { None };
+    let inputs_are_distinct = |band: &(f64, f64)| {
+        let is_in_band = |&k: &usize| (band.0..=band.1).contains(&spectra.frequency_hz[k]);
+        averaged
             .as_ref()
-            .is_none_or(|known| !known.undetermined_lines.iter().any(inside))
+            .is_none_or(|averaged| !averaged.undetermined_lines.iter().any(is_in_band))
     };
-    let local = match band.filter(are_apart) {
+    let local = match band.filter(inputs_are_distinct) {
         Some(band) => estimate_local(
             recording,
             channels,
@@ -87,9 +86,9 @@ pub(super) fn estimate_from_blocks(
     };
     if let Some(LocalEstimate {
         estimate,
-        method_text: how,
-        finest_resolution_hz: nearest_hz,
-        smearing_limit_lines: smeared_lines,
+        method_text,
+        finest_resolution_hz: finest_hz,
+        smearing_limit_lines: limit_lines,
     }) = local
     {
         return Ok(EstimatedResponses {
@@ -98,24 +97,24 @@ pub(super) fn estimate_from_blocks(
                 independent_lines_per_line: Some(1.0),
                 ..estimate.to_frequency_responses(&channel_labels(channels))
             },
-            method_text: how + &how_driven,
+            method_text: method_text + &how_driven,
             hits: Vec::new(),
-            by_hit: Vec::new(),
+            hit_responses: Vec::new(),
             has_unresolved_pulses: false,
-            finest_resolution_hz: Some(nearest_hz),
-            smearing_limit_lines: smeared_lines,
+            finest_resolution_hz: Some(finest_hz),
+            smearing_limit_lines: limit_lines,
             smearing_hz: 0.0,
             diagnostics: estimate.diagnostics,
             spectra: Some(spectra),
         });
     }
-    let estimate = known.map_or_else(average, Ok)?;
+    let estimate = averaged.map_or_else(average, Ok)?;
     let name = match study.estimator {
         Estimator::H1 => "H1",
         Estimator::H2 => "H2",
         Estimator::Hv => "Hv",
     };
-    let how = format!(
+    let method_text = format!(
         "{name}, {} blocks of {:.4} s ({} window, {:.0} % overlap): {:.1} independent averages, {:.4} Hz lines{how_driven}",
         spectra.blocks,
         options.block as f64 / recording.rate_hz,
@@ -130,9 +129,9 @@ pub(super) fn estimate_from_blocks(
             independent_lines_per_line: Some(independent_lines_per_line(options.window)),
             ..estimate.to_frequency_responses(&channel_labels(channels))
         },
-        method_text: how,
+        method_text,
         hits: Vec::new(),
-        by_hit: Vec::new(),
+        hit_responses: Vec::new(),
         has_unresolved_pulses: false,
         finest_resolution_hz: None,
         smearing_limit_lines: WINDOW_SMEARING_LINES,
@@ -143,10 +142,10 @@ pub(super) fn estimate_from_blocks(
     })
 }
 
-/// Blocks, window and overlap: as requested, else from the length of the record.
+/// Block length, window and overlap: as requested, else from the length of the record.
 ///
 /// # Errors
-/// A resolution that no stretch can give, an overlap without sense.
+/// No segment is long enough for the requested resolution, or for a spectrum.
 pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOptions, Error> {
     let longest = recording
         .segments
@@ -159,7 +158,7 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
             let block = (recording.rate_hz / df).round();
             if !(block >= 8.0 && block <= longest as f64) {
                 let message = format!(
-                    "lines of {df} Hz need blocks of {block:.0} samples; the longest segment has {longest}"
+                    "a resolution of {df} Hz needs blocks of {block:.0} samples; the longest segment has {longest}"
                 );
                 let hint = format!(
                     "request at least {:.6} Hz",
@@ -170,21 +169,21 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
             block as usize
         }
         None => {
-            let blocks = |block: usize| -> usize {
+            let count_blocks = |block: usize| -> usize {
                 recording.segments.iter().map(|s| s.len() / block).sum()
             };
             let mut block = MAX_DEFAULT_BLOCK;
-            while block > MIN_DEFAULT_BLOCK && blocks(block) < MIN_DEFAULT_BLOCKS {
+            while block > MIN_DEFAULT_BLOCK && count_blocks(block) < MIN_DEFAULT_BLOCKS {
                 block /= 2;
             }
             if longest < MIN_SAMPLES {
                 let message = format!(
-                    "the longest segment of {} has {}: no block of them has a spectrum",
+                    "the longest segment of {} has {}: too few for a block",
                     recording.path,
                     pluralise(longest, "sample")
                 );
                 return Err(Error::new(Code::TooShort, message)
-                    .with_hint("take a longer record, or bridge short gaps: --fill-gaps"));
+                    .with_hint("take a longer record, or interpolate short gaps: --fill-gaps"));
             }
             block.min(longest)
         }
@@ -197,13 +196,13 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
     })
 }
 
-/// Independent lines' worth of noise in a line under a window: 1/Σ|ρ_m|² over the correlations of neighbours.
+/// Number of independent lines per line under a window: `1/Σ|ρ_m|²` over the correlations ρ_m of neighbouring lines.
 pub(super) fn independent_lines_per_line(window: Window) -> f64 {
     const REACH: usize = 12;
     let w = window.samples(WINDOW_SAMPLES);
-    let own = line_correlation(&w, 0).norm();
+    let variance = line_correlation(&w, 0).norm();
     let sum: f64 = (1..=REACH)
-        .map(|m| (line_correlation(&w, m).norm() / own).powi(2))
+        .map(|m| (line_correlation(&w, m).norm() / variance).powi(2))
         .sum();
     1.0 / (1.0 + 2.0 * sum)
 }

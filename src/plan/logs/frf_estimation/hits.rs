@@ -1,4 +1,4 @@
-//! Responses to the hits of a hammer, or to steps.
+//! FRFs of an impact test with hammer hits, or of a test with force steps.
 
 use super::super::{excited_band, fault_free::CheckedRecording, sample_blocks};
 use super::blocks::independent_lines_per_line;
@@ -14,15 +14,15 @@ use crate::spectrum::frf::Estimator;
 use crate::spectrum::impact::{self, Hit, ImpactOptions, RejectReason};
 use crate::spectrum::window::Window;
 
-/// Responses to hits, or to `steps`: with every channel replaced by its differences a step is a hit, and the responses stay what they are.
+/// FRFs from hits, or from `steps`: differencing every channel turns a step into a pulse and leaves the FRFs unchanged.
 pub(super) fn estimate_from_hits(
-    sound: &CheckedRecording,
-    chosen: &[usize],
+    checked: &CheckedRecording,
+    channel_indices: &[usize],
     study: &FrfStudy,
     steps: bool,
 ) -> Result<EstimatedResponses, Error> {
-    let recording = &sound.recording;
-    let channels: &[&Channel] = &(chosen.iter())
+    let recording = &checked.recording;
+    let channels: &[&Channel] = &(channel_indices.iter())
         .map(|&c| &recording.channels[c])
         .collect::<Vec<_>>();
     let (force_share, end) = match study.window {
@@ -41,13 +41,13 @@ pub(super) fn estimate_from_hits(
         }
     };
     if study.estimator != Estimator::H1 {
-        let message = "an impact test is estimated by H1: its few hits are windowed until noise on the hammer is small";
+        let message = "an impact test uses H1: the force window suppresses noise on the hammer";
         return Err(Error::new(Code::Usage, message)
             .with_hint("omit --estimator, or give --no-impact to average blocks"));
     }
-    let mut all = sample_blocks::load_channels(recording, channels, "an impact test")?;
+    let mut channel_samples = sample_blocks::load_channels(recording, channels, "an impact test")?;
     if steps {
-        for samples in &mut all {
+        for samples in &mut channel_samples {
             let segments = recording.segments.iter();
             let changes =
                 segments.map(|s| (s.start, force_pulses::differences(&samples[s.clone()])));
@@ -56,84 +56,84 @@ pub(super) fn estimate_from_hits(
             }
         }
     }
-    let responses: Vec<&[f64]> = all[1..].iter().map(Vec::as_slice).collect();
+    let responses: Vec<&[f64]> = channel_samples[1..].iter().map(Vec::as_slice).collect();
     let options = ImpactOptions {
         block: study
             .frequency_resolution_hz
             .map(|df| (recording.rate_hz / df).round() as usize),
         overload: match steps {
-            // Levels of samples say nothing of their differences.
+            // Overload levels do not apply to differences of samples.
             true => Vec::new(),
             false => channels.iter().map(|c| c.overload_level).collect(),
         },
         clipped: match steps {
             true => Vec::new(),
-            false => (chosen.iter())
-                .map(|&c| sound.clipped_ranges_of(c))
+            false => (channel_indices.iter())
+                .map(|&c| checked.clipped_ranges_of(c))
                 .collect(),
         },
-        both_sides: steps,
+        both_signs: steps,
         force_share,
         end,
         ..ImpactOptions::default()
     };
-    let found = impact::estimate_from_hits(
+    let impact = impact::estimate_from_hits(
         recording.rate_hz,
-        &all[0],
+        &channel_samples[0],
         &responses,
         &recording.segments,
         &options,
     )?;
-    let used = found.hits.iter().filter(|h| h.rejected.is_none()).count();
-    let what = if steps { "step" } else { "hit" };
-    let mut how = format!("{}: {used} used", pluralise(found.hits.len(), what));
-    for fault in [
+    let used = impact.hits.iter().filter(|h| h.rejected.is_none()).count();
+    let event = if steps { "step" } else { "hit" };
+    let mut method_text = format!("{}: {used} used", pluralise(impact.hits.len(), event));
+    for reason in [
         RejectReason::Clipped(0),
         RejectReason::Double,
         RejectReason::CutShort,
         RejectReason::LateStart,
     ] {
-        let labels = found.hits.iter().filter_map(|h| h.rejected);
-        let count = labels.filter(|f| f.label() == fault.label()).count();
+        let labels = impact.hits.iter().filter_map(|h| h.rejected);
+        let count = labels.filter(|f| f.label() == reason.label()).count();
         if count > 0 {
-            how += &format!(", {count} {}", fault.label());
+            method_text += &format!(", {count} {}", reason.label());
         }
     }
-    how += &format!(
+    method_text += &format!(
         "; H1{}, blocks of {:.4} s, {:.4} Hz lines",
         if steps { " of the differences" } else { "" },
-        found.block as f64 / recording.rate_hz,
-        recording.rate_hz / found.block as f64
+        impact.block as f64 / recording.rate_hz,
+        recording.rate_hz / impact.block as f64
     );
     if let Some(window) = study.window {
-        how += &format!(", {} window as requested", window.name());
+        method_text += &format!(", {} window as requested", window.name());
     }
-    let hit = |hit: &Hit| HitSummary {
-        moment: recording.moment(hit.sample),
+    let summarise = |hit: &Hit| HitSummary {
+        moment: recording.sample_time(hit.sample),
         peak: hit.peak,
         fault: hit.rejected,
         fault_text: (hit.rejected).map(|f| f.description(|at| channels[at].name.clone())),
     };
-    let usable_hz = excited_band::of_hits(&found.force_power, &found.estimate);
-    // What the exponential window falls to makes neighbouring lines go together.
-    let end = (-found.estimate.window_decay * found.block as f64 / recording.rate_hz).exp();
+    let usable_hz = excited_band::of_hits(&impact.force_power, &impact.estimate);
+    // The exponential window correlates neighbouring lines according to its value at the end of the block.
+    let end = (-impact.estimate.window_decay * impact.block as f64 / recording.rate_hz).exp();
     Ok(EstimatedResponses {
         responses: FrequencyResponses {
             usable_band_hz: usable_hz,
             independent_lines_per_line: (end < 1.0)
                 .then(|| independent_lines_per_line(Window::Exponential(end))),
-            ..found
+            ..impact
                 .estimate
                 .to_frequency_responses(&channel_labels(channels))
         },
-        method_text: how,
-        hits: found.hits.iter().map(hit).collect(),
-        by_hit: found.by_hit,
-        has_unresolved_pulses: found.sampling == PulseSampling::Unresolved,
+        method_text,
+        hits: impact.hits.iter().map(summarise).collect(),
+        hit_responses: impact.hit_responses,
+        has_unresolved_pulses: impact.sampling == PulseSampling::Unresolved,
         spectra: None,
         finest_resolution_hz: None,
         smearing_limit_lines: 0.0,
         smearing_hz: 0.0,
-        diagnostics: found.estimate.diagnostics,
+        diagnostics: impact.estimate.diagnostics,
     })
 }

@@ -14,34 +14,34 @@ use super::stepped_sine;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
-use crate::recording::signals::{Channel, Moment, Recording};
+use crate::recording::signals::{Channel, Recording, SampleTime};
 use crate::spectrum::force_pulses;
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::impact::{HitResponses, RejectReason};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::window::Window;
 
-/// Options for the estimation of frequency responses; `None` is chosen from the data.
+/// Options for the estimation of frequency responses; `None` selects a value from the data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrfStudy {
     /// Estimator, by the assumed location of the noise.
     pub estimator: Estimator,
-    /// On each block.
+    /// Window of each block.
     pub window: Option<Window>,
-    /// Between lines, Hz.
+    /// Frequency resolution, Hz.
     pub frequency_resolution_hz: Option<f64>,
-    /// Share of a block that the next has in common with it.
+    /// Overlap of successive blocks, as a share of the block length.
     pub overlap: Option<f64>,
-    /// The input is a hammer.
+    /// True if the input is a hammer.
     pub impact: Option<bool>,
-    /// The input dwells on one frequency after another.
+    /// True if the input is a stepped sine.
     pub stepped: Option<bool>,
-    /// From when to when it dwells, s; found in the input where empty.
+    /// Start and end of each dwell, s; detected in the input if empty.
     pub dwells_s: Vec<(f64, f64)>,
 }
 
 impl FrfStudy {
-    /// True if the study requests no particular averaging.
+    /// True if the study sets no option of the averaging.
     fn is_default(&self) -> bool {
         let kind_only = FrfStudy {
             impact: self.impact,
@@ -53,40 +53,40 @@ impl FrfStudy {
     }
 }
 
-/// A hit of a recording.
+/// Hammer hit of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HitSummary {
-    /// When it struck.
-    pub moment: Moment,
-    /// Peak force over the level between hits.
+    /// Time of the hit.
+    pub moment: SampleTime,
+    /// Peak force above the level between hits, in the unit of the input.
     pub peak: f64,
-    /// Why it was rejected; `None` where it was used.
+    /// Reason for the rejection; `None` for a used hit.
     pub fault: Option<RejectReason>,
-    /// The same in words, with the name of the channel that clipped.
+    /// Text of the reason, with the name of a clipped channel.
     pub fault_text: Option<String>,
 }
 
-/// Frequency responses and how they were had.
+/// Estimated frequency responses with the method, the hits, the resolution limits and the data-quality warnings.
 #[derive(Debug)]
 pub struct EstimatedResponses {
-    /// The responses.
+    /// Estimated responses.
     pub responses: FrequencyResponses,
-    /// In words: `5 hits: 3 used, 1 clipped; H1, 3 averages, 0.25 Hz lines`.
+    /// Description such as `5 hits: 3 used, 1 clipped; H1, 3 averages, 0.25 Hz lines`.
     pub method_text: String,
-    /// Hits, where the input is a hammer.
+    /// Hits of a hammer; empty for other inputs.
     pub hits: Vec<HitSummary>,
-    /// The responses hit by hit, where there are several hits: outputs in the order of `responses`.
-    pub by_hit: Vec<HitResponses>,
-    /// The pulses of the force last one sample: any mode may be folded down from above half the sample rate.
+    /// Responses by hit, if there are several; outputs in the order of `responses`.
+    pub hit_responses: Vec<HitResponses>,
+    /// True if force pulses last one sample: any mode may be an alias from above half the sample rate.
     pub has_unresolved_pulses: bool,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
-    /// Finest available frequency resolution, Hz, by a new request with [`ResolutionRequest::frequency_resolution_hz`]; `None` where it is
-    /// as requested.
+    /// Finest available frequency resolution, Hz, for a new request with [`ResolutionRequest::frequency_resolution_hz`]; `None` if the
+    /// estimate has the requested one.
     pub finest_resolution_hz: Option<f64>,
-    /// Resonances narrower than so many lines are smeared: none by a hit whose response has decayed, nor by a dwell.
+    /// Half-power bandwidth in line spacings below which a resonance is smeared; 0 for dwells and for hits with fully decayed response.
     pub smearing_limit_lines: f64,
-    /// Standard deviation of the frequencies that the window of averaged blocks joins in a line, Hz; 0 without a window.
+    /// Standard deviation of frequency within a line due to the window of averaged blocks, Hz; 0 without a window.
     pub smearing_hz: f64,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
@@ -95,29 +95,29 @@ pub struct EstimatedResponses {
 /// Requested band and frequency resolution.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResolutionRequest {
-    /// Requested band, Hz; in `None` the excited band of the input.
+    /// Requested band, Hz; `None` for the excited band of the input.
     pub band_hz: Option<(f64, f64)>,
-    /// Requested frequency resolution, Hz, as far as the record allows; in `None` enough for a first estimate.
+    /// Requested frequency resolution, Hz, as far as the record allows; `None` for that of a first estimate.
     pub frequency_resolution_hz: Option<f64>,
 }
 
-/// The shortest block taken unasked.
+/// Minimum block length without a request, samples.
 const MIN_DEFAULT_BLOCK: usize = 256;
 
-/// Estimates the responses of `outputs` to `inputs`, channels of the recording by place.
+/// Estimates the responses of `outputs` to `inputs`, channel indices of the recording.
 ///
 /// # Errors
-/// Channels without signal or alike, a record too short.
+/// Channels without signal, identical channels, a record too short.
 pub fn estimate_responses(
-    sound: &CheckedRecording,
+    checked: &CheckedRecording,
     inputs: &[usize],
     outputs: &[usize],
     study: &FrfStudy,
     request: ResolutionRequest,
 ) -> Result<EstimatedResponses, Error> {
-    let recording = &sound.recording;
-    let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
-    let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
+    let recording = &checked.recording;
+    let indices: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
+    let channels: Vec<&Channel> = indices.iter().map(|&c| &recording.channels[c]).collect();
     let is_stepped = study
         .stepped
         .or((!study.dwells_s.is_empty()).then_some(true));
@@ -131,7 +131,7 @@ pub fn estimate_responses(
         _ => Vec::new(),
     };
     let is_hammer = match (study.impact, is_stepped, inputs.len()) {
-        (Some(said), ..) => said,
+        (Some(stated), ..) => stated,
         (None, None | Some(false), 1) => force_pulses::is_impact(&beginning),
         _ => false,
     };
@@ -142,59 +142,59 @@ pub fn estimate_responses(
         && is_stepped != Some(true)
         && force_pulses::is_stepwise(&beginning);
     let is_stepped = match (is_stepped, inputs.len()) {
-        (Some(said), _) => said,
+        (Some(stated), _) => stated,
         (None, 1) if !is_hammer && !is_step && study.is_default() => {
             stepped_sine::is_stepped_sine(&beginning, recording.rate_hz)
         }
         _ => false,
     };
-    let with = |mut estimated_responses: EstimatedResponses, diagnostics: Vec<Diagnostic>| {
-        estimated_responses.diagnostics.splice(0..0, diagnostics);
-        estimated_responses
+    let prepend = |mut result: EstimatedResponses, diagnostics: Vec<Diagnostic>| {
+        result.diagnostics.splice(0..0, diagnostics);
+        result
     };
     if is_stepped {
-        let found = estimate_from_dwells(recording, &channels, study)?;
-        let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
-        return Ok(with(found, diagnostics));
+        let estimated = estimate_from_dwells(recording, &channels, study)?;
+        let diagnostics = [checked.stuck.clone(), checked.clipped_warnings()].concat();
+        return Ok(prepend(estimated, diagnostics));
     }
     match is_hammer {
         true if inputs.len() > 1 => {
             let message = "an impact test has one input, the force of the hammer";
             Err(Error::new(Code::Usage, message))
         }
-        true => Ok(with(
-            estimate_from_hits(sound, &chosen, study, false)?,
-            sound.stuck.clone(),
+        true => Ok(prepend(
+            estimate_from_hits(checked, &indices, study, false)?,
+            checked.stuck.clone(),
         )),
         false if is_step => {
-            let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
-            Ok(with(
-                estimate_from_hits(sound, &chosen, study, true)?,
+            let diagnostics = [checked.stuck.clone(), checked.clipped_warnings()].concat();
+            Ok(prepend(
+                estimate_from_hits(checked, &indices, study, true)?,
                 diagnostics,
             ))
         }
         false => {
-            let (recording, diagnostics) = sound.unclipped(SegmentUse::Blocks);
-            let found = estimate_from_blocks(&recording, &channels, inputs.len(), study, request)?;
-            Ok(with(found, diagnostics))
+            let (recording, diagnostics) = checked.unclipped(SegmentUse::Blocks);
+            let frf = estimate_from_blocks(&recording, &channels, inputs.len(), study, request)?;
+            Ok(prepend(frf, diagnostics))
         }
     }
 }
 
 fn channel_labels(channels: &[&Channel]) -> Vec<ChannelLabel> {
-    let terminal = |c: &&Channel| ChannelLabel {
+    let label = |c: &&Channel| ChannelLabel {
         name: c.name.clone(),
         unit: c.unit.clone(),
     };
-    channels.iter().map(terminal).collect()
+    channels.iter().map(label).collect()
 }
 
-/// First samples of a channel, by which its kind is detected.
+/// First samples of a channel, from which the kind of excitation is detected.
 fn first_samples(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, Error> {
     const MAX_DETECTION_SAMPLES: usize = 4_000_000;
-    let mut beginning = vec![0.0; recording.samples.min(MAX_DETECTION_SAMPLES)];
-    channel.samples.read(0, &mut beginning)?;
-    Ok(beginning)
+    let mut samples = vec![0.0; recording.samples.min(MAX_DETECTION_SAMPLES)];
+    channel.samples.read(0, &mut samples)?;
+    Ok(samples)
 }
 
 fn estimate_from_dwells(
@@ -209,13 +209,13 @@ fn estimate_from_dwells(
             "omit --window, --resolution, --overlap and --estimator, or give --no-stepped",
         ));
     }
-    let (responses, how, diagnostics) =
+    let (responses, method_text, diagnostics) =
         stepped_sine::estimate_responses(recording, channels, &study.dwells_s)?;
     Ok(EstimatedResponses {
         responses,
-        method_text: how,
+        method_text,
         hits: Vec::new(),
-        by_hit: Vec::new(),
+        hit_responses: Vec::new(),
         has_unresolved_pulses: false,
         spectra: None,
         finest_resolution_hz: None,

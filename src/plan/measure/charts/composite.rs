@@ -31,7 +31,7 @@ impl ChartEvaluation<'_> {
         self.add(
             GearDeviation::DoubleFlankTooth,
             GradedFlanks::Both,
-            "window slid".into(),
+            "sliding window".into(),
             add(tooth.sliding),
         );
         self.results.notes.push(format!(
@@ -55,7 +55,7 @@ impl ChartEvaluation<'_> {
         let per_pitch = values.len() as f64 / pitches as f64;
         if per_pitch < MIN_SAMPLES_PER_PITCH {
             self.results.notes.push(format!(
-                "{per_pitch:.1} samples a pitch: the values inside a pitch may be too small; it takes {MIN_SAMPLES_PER_PITCH} or more"
+                "{per_pitch:.1} samples per pitch (minimum {MIN_SAMPLES_PER_PITCH}): the values inside a pitch may be too small"
             ));
         }
     }
@@ -124,14 +124,14 @@ impl ChartEvaluation<'_> {
         self.add(
             GearDeviation::SingleFlankTooth,
             side,
-            "raw, window slid".into(),
+            "unfiltered, sliding window".into(),
             add(tooth.sliding),
         );
         let short = add(split.short_ranges.sliding);
         self.add(
             GearDeviation::SingleFlankShort,
             side,
-            "orders from z/2, window slid".into(),
+            "orders from z/2, sliding window".into(),
             short,
         );
         self.results.notes.push(

@@ -168,7 +168,7 @@ impl ChartEvaluation<'_> {
             .chart_files
             .columns_of_side(chart, side as usize, lever)?;
         if columns.len() > 1 {
-            let message = format!("{} columns where one is meant", columns.len());
+            let message = format!("{} columns instead of one", columns.len());
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&chart.span)
                 .with_hint("write a [[chart]] for each")
@@ -195,8 +195,8 @@ impl ChartEvaluation<'_> {
         let found = found.filter(|column| !column.values.is_empty());
         let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
         let message = match of_sides {
-            true => "this chart belongs to neither side of the teeth, and names `left` or `right`",
-            false => "the `column` of this chart holds no reading",
+            true => "this chart applies to neither side of the teeth, but names `left` or `right`",
+            false => "the `column` of this chart contains no readings",
         };
         found.filter(|_| !of_sides).ok_or_else(|| {
             Error::new(Code::Conflict, message)
@@ -216,6 +216,6 @@ fn check_finite(column: &ChartColumn, chart: &MeasuredChart) -> Result<(), Error
             format!("reading {} of column \"{}\" is missing", i + 1, column.name),
         )
         .with_span(&chart.span)
-        .with_hint("measure it again, or take its row out of the file")),
+        .with_hint("measure it again, or remove its row from the file")),
     }
 }

@@ -62,7 +62,7 @@ impl ChartEvaluation<'_> {
             }
             if pitches.drift != 0.0 {
                 let note = format!(
-                    "{} the first flank had drifted by {:.2} µm when it was read again; removed linearly",
+                    "{} drift of {:.2} µm between both readings of the first flank; removed linearly",
                     side.name(),
                     1e6 * pitches.drift
                 );
@@ -101,7 +101,7 @@ impl ChartEvaluation<'_> {
             runout.eccentricity,
         );
         self.results.notes.push(format!(
-            "run-out {found}: {:.2} µm are left without the eccentricity",
+            "run-out {found}: {:.2} µm without the eccentricity",
             1e6 * runout.remainder
         ));
         self.results.plots.push(ChartPlot::Runout {

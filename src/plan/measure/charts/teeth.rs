@@ -67,7 +67,7 @@ fn tooth_order(values: &[f64], numbers: &[f64], teeth: usize) -> Result<Option<V
         let place = number - first;
         if place.fract() != 0.0 || !(0.0..teeth as f64).contains(&place) {
             return Err(format!(
-                "row {} numbers its tooth {number}, where a gear of {teeth} teeth has {first} to {}",
+                "row {} has tooth number {number}, but a gear of {teeth} teeth has {first} to {}",
                 row + 1,
                 first + teeth as f64 - 1.0
             ));

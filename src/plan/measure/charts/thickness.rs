@@ -15,7 +15,7 @@ impl ChartEvaluation<'_> {
         self.gear.tip_diameter.ok_or_else(|| {
             Error::new(
                 Code::MissingKey,
-                "a chord is set from the tip, and [measured_gear] has no `tip_diameter`",
+                "a chord is set from the tip, but [measured_gear] has no `tip_diameter`",
             )
             .with_span(&chart.span)
             .with_hint("write tip_diameter = \"78 mm\", as measured")

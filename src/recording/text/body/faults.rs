@@ -19,7 +19,7 @@ pub(super) struct RowError {
 }
 
 pub(super) const HINT_CELLS: &str =
-    "mend the file, or state how it is laid out: --delimiter, --decimal, --header-lines";
+    "correct the file, or state its layout: --delimiter, --decimal, --header-lines";
 
 impl RowReader<'_> {
     pub(super) fn too_many(&self, line: &[u8], span: Range<usize>) -> RowError {
@@ -27,7 +27,7 @@ impl RowReader<'_> {
         let width = self.plan.roles.len();
         RowError {
             code: Code::RaggedRow,
-            message: format!("the row has {cells} cells where the rows before it have {width}"),
+            message: format!("the row has {cells} cells, the rows before it {width}"),
             span,
             label: format!("beyond column {width}"),
             hint: HINT_CELLS,
@@ -36,14 +36,14 @@ impl RowReader<'_> {
 
     pub(super) fn not_a_number(&self, sink: usize, cell: &[u8], span: Range<usize>) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::trim_cell(cell));
+        let text = self.encoding.text(cells::trim_cell(cell));
         let text = crate::base::quantity::truncate(&text);
         RowError {
             code: Code::NotANumber,
             message: format!("\"{text}\" is not a number of `{name}`"),
             span,
             label: "not a number".into(),
-            hint: "mend the cell, leave it blank if the sample is missing, or keep only other channels",
+            hint: "correct the cell, leave it blank if the sample is missing, or select other channels",
         }
     }
 
@@ -55,29 +55,29 @@ impl RowReader<'_> {
         span: Range<usize>,
     ) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::trim_cell(cell));
+        let text = self.encoding.text(cells::trim_cell(cell));
         let text = crate::base::quantity::truncate(&text);
         match trouble {
-            StampError::NotAStamp => RowError {
+            StampError::Invalid => RowError {
                 code: Code::NotANumber,
                 message: format!("\"{text}\" is not a time stamp of `{name}`"),
                 span,
                 label: "not a time stamp".into(),
-                hint: "mend the cell, or state which column is the time",
+                hint: "correct the cell, or state which column is the time",
             },
-            StampError::OtherOrder => RowError {
+            StampError::ConflictingOrder => RowError {
                 code: Code::InvalidTimeStamps,
                 message: format!(
                     "\"{text}\" of `{name}` cannot have day and month in the order stated"
                 ),
                 span,
                 label: "no such month".into(),
-                hint: "leave --day-first and --month-first out, and `dates` in the sidecar, or mend the cell",
+                hint: "omit --day-first and --month-first, and `dates` in the sidecar, or correct the cell",
             },
-            StampError::DayOrMonth => RowError {
+            StampError::AmbiguousOrder => RowError {
                 code: Code::InvalidTimeStamps,
                 message: format!(
-                    "\"{text}\" of `{name}` may have the day or the month first, and the dates do not decide it"
+                    "\"{text}\" of `{name}` may have the day or the month first; the dates are ambiguous"
                 ),
                 span,
                 label: "day or month".into(),
@@ -96,11 +96,11 @@ impl RowReader<'_> {
         };
         let to = line.len().min(from + MAX_LINE_SHOWN);
         let clip = |at: usize| at.clamp(from, to);
-        let before = self.coding.text(&line[from..clip(fault.span.start)]);
+        let before = self.encoding.text(&line[from..clip(fault.span.start)]);
         let within = self
-            .coding
+            .encoding
             .text(&line[clip(fault.span.start)..clip(fault.span.end)]);
-        let after = self.coding.text(&line[clip(fault.span.end)..to]);
+        let after = self.encoding.text(&line[clip(fault.span.end)..to]);
         let span = before.len()..before.len() + within.len();
         let place =
             SourceSpan::within_line(self.path, number, &format!("{before}{within}{after}"), span);

@@ -1,4 +1,4 @@
-//! Data rows of a text log, read by the block; the pieces of a block are parsed on several threads.
+//! Reader of the data rows of a text log, block by block; the pieces of a block are parsed in parallel.
 
 mod faults;
 
@@ -22,73 +22,73 @@ use crate::numeric::parallel;
 use crate::recording::raw::LineNumbers;
 use crate::recording::sample_column::SampleColumn;
 
-/// Bytes of a piece, and of what is read first.
+/// Length of a piece and of the first read, bytes.
 pub const BLOCK: usize = 1 << 20;
 
-/// The longest line that is taken for a row, bytes.
+/// Maximum length of a line, bytes.
 const MAX_LINE_LEN: usize = 64 << 20;
 
-/// Pieces that a thread has at a time.
+/// Number of pieces per thread and block.
 const PIECES_PER_THREAD: usize = 2;
 
-/// Pieces of a block at most.
+/// Maximum number of pieces of a block.
 const MAX_PIECES: usize = 32;
 
-/// Lines named in a report of missing cells.
+/// Maximum number of lines listed in a report of missing cells.
 const MAX_LINES_LISTED: usize = 5;
 
-/// Samples and cell counts of one sink; in a piece of the file its samples are in memory.
+/// Samples and cell counts of one sink; the samples of a piece of the file are in memory.
 #[derive(Debug, Default)]
 pub struct ColumnData<S = SampleColumn> {
-    /// Samples read.
+    /// Samples of the sink.
     pub samples: S,
-    /// Cells that hold no number, overloads included.
+    /// Number of cells without a number, including overloads.
     pub missing: usize,
-    /// Cells that are an overload word.
+    /// Number of cells with an overload word.
     pub overloads: usize,
-    /// Cells whose thousands are grouped.
+    /// Number of cells with thousands separators.
     pub grouped: usize,
-    /// The first lines with missing cells.
+    /// First lines with missing cells.
     pub lines: Vec<usize>,
-    /// Rows up to the last that holds a number.
+    /// Number of rows up to the last one with a number.
     pub last_row_with_value: usize,
 }
 
-/// Data read from the rows.
+/// Columns of a text log with the irregular lines found between and after the rows.
 #[derive(Debug, Default)]
 pub struct TableData {
-    /// By sink of the plan.
+    /// Data of each sink of the plan.
     pub sinks: Vec<ColumnData>,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Line of the file of each row.
+    /// Line number of each row.
     pub lines: LineNumbers,
-    /// Rows that hold only a time.
+    /// Number of rows with a time stamp alone.
     pub time_only_rows: usize,
-    /// Lines after the rows: how many, the number and the text of the first.
+    /// Lines after the rows: their count, line number and text of the first.
     pub footer: Option<(usize, usize, String)>,
-    /// The last row, where it breaks off: its line and text.
+    /// Line number and text of a truncated last row.
     pub cut: Option<(usize, String)>,
-    /// Lines between the rows that repeat one of the header.
+    /// Lines between the rows that repeat a header line.
     pub repeated: Vec<usize>,
 }
 
-/// Reader of the rows.
+/// Reader of the data rows below the header.
 pub struct RowReader<'p> {
     path: &'p str,
     plan: &'p mut ColumnPlan,
     marks: Separators,
-    coding: TextEncoding,
+    encoding: TextEncoding,
     body: TableData,
-    /// A line that is no row: an error if a row follows.
-    no_row: Option<UnparsedLine>,
-    /// The lines of words above the rows.
+    /// Line that is not a row: an error if a row follows.
+    unparsed: Option<UnparsedLine>,
+    /// Header lines with letters.
     header: Vec<&'p [u8]>,
     line: usize,
 }
 
 impl ColumnData {
-    /// Appends a piece behind `rows` rows and `lines` lines.
+    /// Appends a piece that follows `rows` rows and `lines` lines.
     fn append(
         &mut self,
         part: &ColumnData<Vec<f64>>,
@@ -114,40 +114,40 @@ impl<'p> RowReader<'p> {
         path: &'p str,
         plan: &'p mut ColumnPlan,
         marks: Separators,
-        coding: TextEncoding,
+        encoding: TextEncoding,
         above: &'p [u8],
         line: usize,
     ) -> RowReader<'p> {
         let n = plan.sinks.len();
         let lines = above.split(|b| matches!(b, b'\n' | b'\r'));
-        let words = |l: &&[u8]| l.iter().any(u8::is_ascii_alphabetic);
+        let has_letters = |l: &&[u8]| l.iter().any(u8::is_ascii_alphabetic);
         RowReader {
             path,
             plan,
             marks,
-            coding,
+            encoding,
             body: TableData {
                 sinks: (0..n).map(|_| ColumnData::default()).collect(),
                 ..TableData::default()
             },
-            no_row: None,
-            header: lines.map(<[u8]>::trim_ascii).filter(words).collect(),
+            unparsed: None,
+            header: lines.map(<[u8]>::trim_ascii).filter(has_letters).collect(),
             line,
         }
     }
 
-    /// Reads all rows: those in `head`, then those of `rest` unless the head is the whole file.
+    /// Reads the rows in `head` and, unless it is the complete file, those in `rest`.
     ///
     /// # Errors
-    /// The file cannot be read, a row is ragged, a cell is text.
+    /// The file cannot be read; a row has a wrong number of cells; a cell is text.
     pub fn read_all(
         mut self,
         head: &[u8],
-        whole: bool,
+        is_complete: bool,
         rest: &mut dyn Read,
     ) -> Result<TableData, Error> {
         let mut parsed = Vec::new();
-        if whole {
+        if is_complete {
             self.lines(head, true, &mut parsed)?;
             return Ok(self.finish());
         }
@@ -157,10 +157,10 @@ impl<'p> RowReader<'p> {
         loop {
             block.resize(block.len().max(filled + step), 0);
             let n = read_full(rest, &mut block[filled..]).map_err(|e| read_error(self.path, &e))?;
-            let ended = n < block.len() - filled;
+            let eof = n < block.len() - filled;
             filled += n;
-            let used = self.lines(&block[..filled], ended, &mut parsed)?;
-            if ended {
+            let used = self.lines(&block[..filled], eof, &mut parsed)?;
+            if eof {
                 return Ok(self.finish());
             }
             block.copy_within(used..filled, 0);
@@ -179,14 +179,14 @@ impl<'p> RowReader<'p> {
         }
     }
 
-    /// Takes the complete lines of a block, piece by piece through `parsed`; the last line is complete where the file has ended. Bytes
-    /// used.
-    fn lines(&mut self, block: &[u8], ended: bool, parsed: &mut Vec<Rows>) -> Result<usize, Error> {
-        let (pieces, used) = split(block, ended);
+    /// Parses the complete lines of a block, with `parsed` as the buffer of the pieces, and returns their length, bytes. The last line is
+    /// complete if the file ends.
+    fn lines(&mut self, block: &[u8], eof: bool, parsed: &mut Vec<Rows>) -> Result<usize, Error> {
+        let (pieces, used) = split(block, eof);
         parsed.resize_with(parsed.len().max(pieces.len()), Rows::default);
         let mut pieces: Vec<(&[u8], &mut Rows)> = pieces.into_iter().zip(&mut *parsed).collect();
-        // Stamps that depend on those before them are read in order.
-        let readers = &self.plan.accumulators;
+        // Time stamps that depend on earlier ones are parsed sequentially.
+        let readers = &self.plan.stamp_parsers;
         let is_independent = readers.iter().all(StampParser::is_independent);
         if is_independent {
             parallel::for_each(&mut pieces, |(piece, rows)| self.parse(piece, rows));
@@ -195,23 +195,23 @@ impl<'p> RowReader<'p> {
             if !is_independent {
                 self.parse(piece, rows);
             }
-            self.take(piece, rows)?;
+            self.append_piece(piece, rows)?;
         }
         let last = &block[used..];
-        if !ended || last.is_empty() {
+        if !eof || last.is_empty() {
             return Ok(used);
         }
         let mut rows = Rows::default();
         self.parse(last, &mut rows);
         match self.is_cut_stamp(&rows) {
-            true => self.body.cut = Some((self.line, self.coding.text(last))),
-            false => self.take(last, &mut rows)?,
+            true => self.body.cut = Some((self.line, self.encoding.text(last))),
+            false => self.append_piece(last, &mut rows)?,
         }
         Ok(block.len())
     }
 
-    /// Takes the rows of a piece, and the lines in it that are none.
-    fn take(&mut self, mut piece: &[u8], rows: &mut Rows) -> Result<(), Error> {
+    /// Appends the rows of a piece and handles its lines that are not rows.
+    fn append_piece(&mut self, mut piece: &[u8], rows: &mut Rows) -> Result<(), Error> {
         loop {
             self.append(rows)?;
             let Some((fault, length)) = &rows.fault else {
@@ -220,7 +220,7 @@ impl<'p> RowReader<'p> {
             let (line, rest) = piece[rows.bytes..].split_at(*length);
             let number = self.line;
             self.line += 1;
-            self.no_row(fault, line, number)?;
+            self.handle_unparsed(fault, line, number)?;
             piece = &rest[line_end_len(rest)..];
             self.parse(piece, rows);
         }
@@ -229,19 +229,19 @@ impl<'p> RowReader<'p> {
     /// Appends rows to the columns.
     fn append(&mut self, rows: &Rows) -> Result<(), Error> {
         if rows.count > 0
-            && let Some(before) = self.no_row.take()
+            && let Some(unparsed) = self.unparsed.take()
         {
-            return Err(before.error);
+            return Err(unparsed.error);
         }
         let (before, lines) = (self.body.rows, self.line);
-        for (filled, part) in self.body.sinks.iter_mut().zip(&rows.columns) {
-            filled.append(part, before, lines)?;
+        for (sink, part) in self.body.sinks.iter_mut().zip(&rows.columns) {
+            sink.append(part, before, lines)?;
         }
         self.body.lines.append(&rows.lines, before, lines);
-        for (own, read) in self.plan.accumulators.iter_mut().zip(&rows.stamps) {
-            match own.is_independent() {
-                true => own.merge(read),
-                false => own.clone_from(read),
+        for (accumulator, parsed) in self.plan.stamp_parsers.iter_mut().zip(&rows.stamps) {
+            match accumulator.is_independent() {
+                true => accumulator.merge(parsed),
+                false => accumulator.clone_from(parsed),
             }
         }
         self.body.rows += rows.count;
@@ -250,18 +250,18 @@ impl<'p> RowReader<'p> {
         Ok(())
     }
 
-    /// Whether the last line of the file, which no line end follows, is the beginning of a time stamp: no other row holds a time alone.
+    /// True if the last line of the file, without a line end, is a truncated time stamp: no other row holds only a time.
     fn is_cut_stamp(&self, last: &Rows) -> bool {
-        let both = self.plan.sinks.iter().zip(&last.columns);
-        let mut channels = both.filter(|(sink, _)| sink.reader.is_none());
+        let sinks = self.plan.sinks.iter().zip(&last.columns);
+        let mut channels = sinks.filter(|(sink, _)| sink.reader.is_none());
         last.count == 1
-            && self.no_row.is_none()
+            && self.unparsed.is_none()
             && self.body.time_only_rows + last.time_only == 1
             && channels.all(|(_, column)| column.samples[0].is_nan())
     }
 
     fn finish(mut self) -> TableData {
-        if let Some(last) = self.no_row.take() {
+        if let Some(last) = self.unparsed.take() {
             match last.is_cut {
                 true => self.body.cut = Some((last.line, last.text)),
                 false => self.body.footer = Some((last.count, last.line, last.text)),
@@ -271,22 +271,22 @@ impl<'p> RowReader<'p> {
     }
 }
 
-/// Pieces of [`BLOCK`] bytes and the rest of a line, and how many bytes they have together: what follows the last line end is in none.
-fn split(block: &[u8], ended: bool) -> (Vec<&[u8]>, usize) {
+/// Splits a block into pieces of [`BLOCK`] bytes plus the rest of a line, and returns their total length; bytes after the last line end are excluded.
+fn split(block: &[u8], eof: bool) -> (Vec<&[u8]>, usize) {
     let mut pieces = Vec::new();
     let mut used = 0;
     loop {
         let rest = &block[used..];
         let end = match rest.get(BLOCK..) {
-            Some(beyond) => memchr::memchr2(b'\n', b'\r', beyond).map(|at| BLOCK + at),
+            Some(tail) => memchr::memchr2(b'\n', b'\r', tail).map(|at| BLOCK + at),
             None => None,
         };
         let last = || memchr::memrchr2(b'\n', b'\r', rest);
         let Some(mut end) = end.or_else(last) else {
             return (pieces, used);
         };
-        // The line end may go on in the next block.
-        if !ended && end + 1 == rest.len() && rest[end] == b'\r' {
+        // A line feed may follow in the next block.
+        if !eof && end + 1 == rest.len() && rest[end] == b'\r' {
             match memchr::memrchr2(b'\n', b'\r', &rest[..end]) {
                 Some(before) => end = before,
                 None => return (pieces, used),
@@ -298,7 +298,7 @@ fn split(block: &[u8], ended: bool) -> (Vec<&[u8]>, usize) {
     }
 }
 
-/// Bytes of the line end at the front of a text: LF, CR, or both.
+/// Length of the line end at the front of a text, bytes: LF, CR or CR LF.
 fn line_end_len(text: &[u8]) -> usize {
     match text {
         [b'\r', b'\n', ..] => 2,
@@ -307,7 +307,7 @@ fn line_end_len(text: &[u8]) -> usize {
     }
 }
 
-/// Reads until the block is full or the file ends.
+/// Reads until the block is full or the file ends; returns the number of bytes read.
 pub fn read_full(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usize> {
     let mut filled = 0;
     while filled < block.len() {
@@ -321,7 +321,7 @@ pub fn read_full(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usi
     Ok(filled)
 }
 
-/// The error of a stream that ends or breaks within.
+/// Error of a stream that cannot be read to its end.
 pub fn read_error(path: &str, why: &std::io::Error) -> Error {
     Error::new(
         Code::CorruptFile,

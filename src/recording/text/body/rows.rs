@@ -1,6 +1,6 @@
-//! The rows of a piece of the file, up to its end or to the first line that is no row.
+//! Parser of the data rows in a piece of the file, up to its end or to the first line that is not a row.
 //!
-//! No row depends on those before it but by its stamps, so that pieces are parsed on several threads.
+//! Rows are independent of earlier rows except for their time stamps, so that pieces are parsed on several threads.
 
 use super::faults::{HINT_CELLS, RowError};
 use super::{ColumnData, MAX_LINES_LISTED, RowReader, line_end_len};
@@ -11,32 +11,32 @@ use crate::recording::text::cells::{self, Cell};
 use crate::recording::text::columns::{ColumnPlan, ColumnRole};
 use crate::recording::text::time_stamps::StampParser;
 
-/// Rows from the beginning of a piece, counted from 0 as its lines are. One value serves piece after piece, so that its memory is
-/// requested once.
+/// Parsed rows of a piece; rows and lines are counted from 0 at its start. The value is reused for every piece to keep its
+/// allocated memory.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// By sink of the plan.
+    /// Samples by sink of the plan.
     pub columns: Vec<ColumnData<Vec<f64>>>,
     pub stamps: Vec<StampParser>,
-    /// Rows.
+    /// Number of rows.
     pub count: usize,
-    /// Line of each row.
+    /// Line index of each row.
     pub lines: LineNumbers,
-    /// Lines of the rows and blank ones between them.
+    /// Number of lines, including blank lines between the rows.
     pub line_count: usize,
-    /// Bytes of these lines.
+    /// Length of these lines, bytes.
     pub bytes: usize,
-    /// Rows that hold only a time.
+    /// Number of rows that hold only a time.
     pub time_only: usize,
-    /// Error of the line after them, and its length; `None` at the end of the piece.
+    /// Error of the first line that is not a row and its length, bytes; `None` at the end of the piece.
     pub fault: Option<(RowError, usize)>,
-    /// Sinks without a number in the present row, with what they hold instead.
+    /// Sinks without a number in the current row, with the content of their cell.
     gaps: Vec<(usize, Cell)>,
-    /// Sinks with grouped thousands in the present row.
+    /// Sinks with thousands separators in the current row.
     groups: Vec<usize>,
 }
 
-/// The line at the front of a text, its end found where it is needed: behind a number the next byte tells it.
+/// Line at the front of a text. Its end is searched only on demand: after a number the next byte shows whether the line ends.
 struct Line<'t> {
     text: &'t [u8],
     length: Option<usize>,
@@ -45,18 +45,18 @@ struct Line<'t> {
 impl<'t> Line<'t> {
     fn bytes(&mut self) -> &'t [u8] {
         let text = self.text;
-        let find = || memchr::memchr2(b'\n', b'\r', text).unwrap_or(text.len());
-        &text[..*self.length.get_or_insert_with(find)]
+        let line_end = || memchr::memchr2(b'\n', b'\r', text).unwrap_or(text.len());
+        &text[..*self.length.get_or_insert_with(line_end)]
     }
 
-    /// Whether the line ends at a byte.
+    /// Whether the line ends at byte `at`.
     fn ends_at(&self, at: usize) -> bool {
         matches!(self.text.get(at), None | Some(b'\n' | b'\r'))
     }
 }
 
 impl RowReader<'_> {
-    /// Reads the rows of a piece.
+    /// Parses a piece into `rows`.
     pub(super) fn parse(&self, piece: &[u8], rows: &mut Rows) {
         rows.restart(self.plan);
         while rows.bytes < piece.len() {
@@ -67,7 +67,7 @@ impl RowReader<'_> {
             let is_blank = line.text[0] <= b' ' && line.bytes().trim_ascii().is_empty();
             let length = match is_blank {
                 true => line.bytes().len(),
-                false => match self.row(&mut line, rows) {
+                false => match self.parse_row(&mut line, rows) {
                     Ok(length) => {
                         rows.count_row();
                         length
@@ -84,9 +84,9 @@ impl RowReader<'_> {
         }
     }
 
-    /// Reads the row of a line to the end of the columns; its length.
-    fn row(&self, line: &mut Line<'_>, rows: &mut Rows) -> Result<usize, RowError> {
-        let blanks = self.marks.delimiter == b' ';
+    /// Parses one row; returns its length, bytes.
+    fn parse_row(&self, line: &mut Line<'_>, rows: &mut Rows) -> Result<usize, RowError> {
+        let is_blank_delimited = self.marks.delimiter == b' ';
         let mut at = 0;
         let mut column = 0;
         loop {
@@ -97,27 +97,27 @@ impl RowReader<'_> {
                 None => self.parse_any(line.bytes(), start, column, rows)?,
             };
             column += 1;
-            if blanks {
+            if is_blank_delimited {
                 at = cells::skip_blanks(line.text, at);
             }
             if line.ends_at(at) {
                 break;
             }
-            at += usize::from(!blanks);
+            at += usize::from(!is_blank_delimited);
         }
         if column < self.plan.required {
-            self.short_row(line.bytes(), column, rows)?;
+            self.check_short_row(line.bytes(), column, rows)?;
         }
         if column < self.plan.roles.len() {
-            let all = rows.count + 1;
+            let row_count = rows.count + 1;
             rows.columns
                 .iter_mut()
-                .for_each(|c| c.samples.resize(all, f64::NAN));
+                .for_each(|c| c.samples.resize(row_count, f64::NAN));
         }
         Ok(at)
     }
 
-    /// A cell that holds a number and nothing but blanks before it: where it ends.
+    /// Parses a number after optional blanks; returns the end of the cell, `None` for other content.
     #[inline]
     fn parse_plain(
         &self,
@@ -155,7 +155,7 @@ impl RowReader<'_> {
         Some(start + length)
     }
 
-    /// A cell of any kind; where it ends.
+    /// Parses a cell of any kind; returns its end.
     fn parse_any(
         &self,
         line: &[u8],
@@ -181,7 +181,7 @@ impl RowReader<'_> {
                     push(sink, f64::NAN);
                     rows.gaps.push((sink, Cell::Missing));
                 }
-                Err(trouble) => return Err(self.invalid_stamp(trouble, sink, cell, start..end)),
+                Err(error) => return Err(self.invalid_stamp(error, sink, cell, start..end)),
             },
             ColumnRole::Value(sink) => match cells::parse_cell(cell, self.marks.decimal) {
                 Cell::Number(value) => push(sink, value),
@@ -214,8 +214,8 @@ impl RowReader<'_> {
         Ok(end)
     }
 
-    /// A row with too few cells: right where it holds nothing but a time.
-    fn short_row(&self, line: &[u8], cells: usize, rows: &mut Rows) -> Result<(), RowError> {
+    /// Accepts a row with too few cells only if its one cell is a time.
+    fn check_short_row(&self, line: &[u8], cells: usize, rows: &mut Rows) -> Result<(), RowError> {
         let time = match self.plan.roles.first() {
             Some(ColumnRole::Time(sink, _)) => rows.columns[*sink].samples.last(),
             _ => None,
@@ -224,9 +224,7 @@ impl RowReader<'_> {
             let required = self.plan.required;
             return Err(RowError {
                 code: Code::RaggedRow,
-                message: format!(
-                    "the row has {cells} cells where the rows before it have {required}"
-                ),
+                message: format!("the row has {cells} cells, the rows before it {required}"),
                 span: 0..line.len(),
                 label: format!("{cells} cells"),
                 hint: HINT_CELLS,
@@ -242,7 +240,7 @@ impl RowReader<'_> {
 }
 
 impl Rows {
-    /// Forgets the piece before.
+    /// Clears the rows for the next piece.
     fn restart(&mut self, plan: &ColumnPlan) {
         let mut columns = std::mem::take(&mut self.columns);
         columns.resize_with(plan.sinks.len(), ColumnData::default);
@@ -256,22 +254,22 @@ impl Rows {
         }
         *self = Rows {
             columns,
-            stamps: plan.accumulators.clone(),
+            stamps: plan.stamp_parsers.clone(),
             ..Rows::default()
         };
     }
 
-    /// Counts the row that was just read.
+    /// Counts the row just parsed, with its gaps and thousands separators.
     fn count_row(&mut self) {
         let line = self.line_count;
         self.lines.push(self.count, line);
         self.count += 1;
-        for (sink, what) in self.gaps.drain(..) {
-            let filled = &mut self.columns[sink];
-            filled.missing += 1;
-            filled.overloads += usize::from(what == Cell::Overload);
-            if filled.lines.len() < MAX_LINES_LISTED {
-                filled.lines.push(line);
+        for (sink, cell) in self.gaps.drain(..) {
+            let column = &mut self.columns[sink];
+            column.missing += 1;
+            column.overloads += usize::from(cell == Cell::Overload);
+            if column.lines.len() < MAX_LINES_LISTED {
+                column.lines.push(line);
             }
         }
         for sink in self.groups.drain(..) {
@@ -279,7 +277,7 @@ impl Rows {
         }
     }
 
-    /// Takes back what was read of a line that is no row.
+    /// Discards the samples of a line that is not a row.
     fn drop_row(&mut self) {
         for column in &mut self.columns {
             column.samples.truncate(self.count);

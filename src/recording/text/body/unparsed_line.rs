@@ -24,7 +24,7 @@ pub(super) struct UnparsedLine {
 
 impl RowReader<'_> {
     /// Takes a line that is no row: an error where it begins with a number, unless it is the last and breaks off.
-    pub(super) fn no_row(
+    pub(super) fn handle_unparsed(
         &mut self,
         fault: &RowError,
         line: &[u8],
@@ -34,11 +34,11 @@ impl RowReader<'_> {
             return self.empty_storage(line, number);
         }
         if self.header.contains(&line.trim_ascii()) && self.is_before_header() {
-            self.no_row = None;
+            self.unparsed = None;
             self.body.repeated.push(number);
             return Ok(());
         }
-        if self.no_row.is_some() {
+        if self.unparsed.is_some() {
             return self.below_rows(line);
         }
         let bare =
@@ -66,10 +66,10 @@ impl RowReader<'_> {
     /// Holds a line back until those after it tell what it is.
     fn hold(&mut self, error: Error, line: &[u8], number: usize, is_cut: bool) {
         const MAX_LINE_SHOWN: usize = 200;
-        self.no_row = Some(UnparsedLine {
+        self.unparsed = Some(UnparsedLine {
             error,
             line: number,
-            text: self.coding.text(&line[..line.len().min(MAX_LINE_SHOWN)]),
+            text: self.encoding.text(&line[..line.len().min(MAX_LINE_SHOWN)]),
             count: 1,
             is_cut,
         });
@@ -77,7 +77,7 @@ impl RowReader<'_> {
 
     /// Whether the lines held back may precede the names of a header that is repeated.
     fn is_before_header(&self) -> bool {
-        let before = self.no_row.as_ref();
+        let before = self.unparsed.as_ref();
         before.is_none_or(|b| !b.is_cut && b.count < self.header.len())
     }
 
@@ -104,7 +104,7 @@ impl RowReader<'_> {
     fn below_rows(&mut self, line: &[u8]) -> Result<(), Error> {
         /// A summary below the rows has fewer lines of numbers than this.
         const MAX_FOOTER_LINES: usize = 20;
-        let Some(before) = &mut self.no_row else {
+        let Some(before) = &mut self.unparsed else {
             return Ok(());
         };
         before.count += 1;
@@ -126,12 +126,12 @@ impl RowReader<'_> {
         let count = line.iter().filter(|b| **b == 0).count();
         let end = line.iter().rposition(|b| *b != 0).map_or(0, |at| at + 1);
         let span = SourceSpan::whole_line(self.path, number);
-        let message = format!("line {number} holds {}", pluralise(count, "NUL byte"));
+        let message = format!("line {number} contains {}", pluralise(count, "NUL byte"));
         let error = Error::new(Code::CorruptFile, message).with_span(&span).with_hint(
-            "the file was damaged or not written to its end; cut it there, or take the bytes out: tr -d '\\0' < LOG > NEW",
+            "the file is damaged or incomplete; cut it there, or remove the bytes: tr -d '\\0' < LOG > NEW",
         );
         let is_padding = !line[..end].contains(&0) && self.body.rows > 0;
-        if !is_padding || self.no_row.is_some() {
+        if !is_padding || self.unparsed.is_some() {
             return Err(error);
         }
         self.hold(error, &line[..end], number, true);

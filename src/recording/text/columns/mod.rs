@@ -22,13 +22,13 @@ mod time_columns;
 /// Role of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnRole {
-    /// They are passed over.
+    /// Cells are ignored.
     Skip,
-    /// They are the samples of a sink.
+    /// Cells are the samples of the sink with this index.
     Value(usize),
-    /// Real and imaginary parts go to a sink and the next.
+    /// Real and imaginary parts are the samples of this sink and the next.
     Complex(usize),
-    /// They are the stamps of a group: its sink, and its reader.
+    /// Cells are the time stamps of a group: index of the sink and of the stamp parser.
     Time(usize, usize),
 }
 
@@ -39,37 +39,37 @@ pub struct ColumnSink {
     pub name: String,
     /// Unit as written.
     pub unit: String,
-    /// The clock it belongs to.
+    /// Index of the clock that times the samples.
     pub group: usize,
-    /// Index of the stamp reader, where the sink holds stamps.
+    /// Index of the stamp parser, if the sink holds time stamps.
     pub reader: Option<usize>,
 }
 
 /// Roles and destinations of the columns.
 #[derive(Debug, Clone, Default)]
 pub struct ColumnPlan {
-    /// By column.
+    /// Role of each column.
     pub roles: Vec<ColumnRole>,
     /// Destinations of the samples.
     pub sinks: Vec<ColumnSink>,
-    /// Readers of stamps.
-    pub accumulators: Vec<time_stamps::StampParser>,
-    /// Clocks.
+    /// Parsers of the time stamps.
+    pub stamp_parsers: Vec<time_stamps::StampParser>,
+    /// Number of clocks.
     pub groups: usize,
-    /// Cells a row must have; more, up to `roles`, may be there.
+    /// Minimum number of cells in a row; the maximum is the length of `roles`.
     pub required: usize,
-    /// The first column holds frequencies.
+    /// Whether the first column holds frequencies.
     pub over_frequency: bool,
-    /// Columns passed over, and why.
+    /// Ignored columns, with the reason.
     pub left_out: Vec<(String, &'static str)>,
-    /// Guesses.
+    /// Warnings about guessed names, roles and units.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Assigns roles to the columns: `rows` are the lines of numbers in the head, `rate` the rate stated in the preamble, Hz.
 ///
 /// # Errors
-/// A column or channel that the settings name is not there.
+/// An unknown unit of time; a column or channel named in the options that does not exist.
 pub fn plan(
     header: &TableHeader,
     kinds: &[CellType],
@@ -81,18 +81,16 @@ pub fn plan(
     let stated = options.time_unit.as_deref();
     if let Some(unit) = stated.filter(|unit| unit_seconds(unit).is_none()) {
         let message = format!("`{unit}` is no unit of time");
-        return Err(
-            Error::new(Code::WrongUnit, message).with_hint("it takes s, ms, µs, ns, min or h")
-        );
+        return Err(Error::new(Code::WrongUnit, message).with_hint("use s, ms, µs, ns, min or h"));
     }
     let mut columns = ColumnPreview::new(header, kinds, rows, marks);
-    // Empty columns without a name at the end are what a trailing delimiter leaves.
-    let filled = |at: &usize| kinds[*at] != CellType::Empty;
-    let required = (0..kinds.len()).rev().find(filled).map_or(0, |at| at + 1);
-    let named = |at: &usize| !header.raw_names[*at].is_empty();
+    // A trailing delimiter adds empty unnamed columns at the end.
+    let is_used = |at: &usize| kinds[*at] != CellType::Empty;
+    let required = (0..kinds.len()).rev().find(is_used).map_or(0, |at| at + 1);
+    let has_name = |at: &usize| !header.raw_names[*at].is_empty();
     let width = (0..kinds.len())
         .rev()
-        .find(named)
+        .find(has_name)
         .map_or(0, |at| at + 1)
         .max(required);
     let mut plan = ColumnPlan {
@@ -100,8 +98,8 @@ pub fn plan(
         groups: 1,
         ..ColumnPlan::default()
     };
-    let repeated = |c: &usize| columns.names[*c] != column_name(header, *c);
-    if let Some(at) = (0..width).find(repeated) {
+    let is_renamed = |c: &usize| columns.names[*c] != column_name(header, *c);
+    if let Some(at) = (0..width).find(is_renamed) {
         let (name, own) = (column_name(header, at), &columns.names[at]);
         plan.diagnostics.push(Diagnostic {
             code: "name-twice",
@@ -142,7 +140,7 @@ pub fn plan(
     Ok(plan)
 }
 
-/// Which channels are kept.
+/// Columns of the requested channels; `None` for all.
 struct ChannelFilter(Option<Vec<usize>>);
 
 impl ChannelFilter {
@@ -151,44 +149,44 @@ impl ChannelFilter {
         width: usize,
         timing: &TimeColumns,
         options: &ReadOptions,
-        all: bool,
+        over_frequency: bool,
     ) -> Result<ChannelFilter, Error> {
-        if options.keep_channels.is_empty() || all {
+        if options.keep_channels.is_empty() || over_frequency {
             return Ok(ChannelFilter(None));
         }
-        let renamed = |word: &str| {
-            let by = options
+        let original_name = |word: &str| {
+            let channel = options
                 .channels
                 .iter()
                 .find(|c| c.rename.as_deref() == Some(word));
-            by.map_or(word.to_string(), |c| c.name.clone())
+            channel.map_or(word.to_string(), |c| c.name.clone())
         };
-        let found: Result<Vec<usize>, Error> = options
+        let requested: Result<Vec<usize>, Error> = options
             .channels_to_read()
             .iter()
-            .map(|word| column_position(columns, width, &renamed(word)))
+            .map(|word| column_position(columns, width, &original_name(word)))
             .collect();
-        let found = found?;
-        match found.iter().find(|c| timing.times.contains(c)) {
+        let requested = requested?;
+        match requested.iter().find(|c| timing.times.contains(c)) {
             Some(c) => Err(Error::new(
                 Code::NoChannel,
                 format!(
-                    "`{}` holds the time stamps, not a channel",
+                    "`{}` contains the time stamps, not a channel",
                     columns.names[*c]
                 ),
             )
             .with_hint("name a channel, or state which column is the time: --time COLUMN")),
-            None => Ok(ChannelFilter(Some(found))),
+            None => Ok(ChannelFilter(Some(requested))),
         }
     }
 
     fn contains(&self, column: usize) -> bool {
-        self.0.as_ref().is_none_or(|kept| kept.contains(&column))
+        self.0.as_ref().is_none_or(|c| c.contains(&column))
     }
 }
 
 impl ColumnPlan {
-    #[allow(clippy::too_many_arguments)] // one step of `plan`, which holds them all
+    #[allow(clippy::too_many_arguments)] // a step of `plan`, which owns the arguments
     fn role(
         &mut self,
         column: usize,
@@ -214,7 +212,7 @@ impl ColumnPlan {
                 (StampFormat::Decimal, Some(unit_s)) => unit_s,
                 (StampFormat::Decimal, None) => {
                     let unit_s = epoch_unit_s(&columns.sample[column]);
-                    self.report_time_unit(&name, &unit, unit_s, columns.is_whole(column));
+                    self.report_time_unit(&name, &unit, unit_s, columns.is_integer(column));
                     unit_s
                 }
                 _ => 1.0,
@@ -224,7 +222,7 @@ impl ColumnPlan {
             } else {
                 unit
             };
-            return self.time(
+            return self.add_time_sink(
                 name,
                 unit,
                 group,
@@ -246,7 +244,7 @@ impl ColumnPlan {
                     marks.decimal,
                     None,
                 );
-                return self.time(name, "samples".into(), group, reader);
+                return self.add_time_sink(name, "samples".into(), group, reader);
             }
             self.skip_column(name, "counts the rows");
             return ColumnRole::Skip;
@@ -256,29 +254,29 @@ impl ColumnPlan {
         }
         match columns.kinds[column] {
             CellType::Text => {
-                self.skip_column(name, "holds words");
+                self.skip_column(name, "contains text");
                 ColumnRole::Skip
             }
             CellType::Stamp(_) => {
-                self.skip_column(name, "holds dates or times in addition to the stamps");
+                self.skip_column(name, "contains dates or times in addition to the stamps");
                 ColumnRole::Skip
             }
             CellType::Complex => {
-                let sink = self.sink(format!("{name} re"), &written_unit, group);
-                self.sink(format!("{name} im"), &written_unit, group);
+                let sink = self.add_sink(format!("{name} re"), &written_unit, group);
+                self.add_sink(format!("{name} im"), &written_unit, group);
                 ColumnRole::Complex(sink)
             }
             CellType::Number | CellType::Empty => {
-                ColumnRole::Value(self.sink(name, &written_unit, group))
+                ColumnRole::Value(self.add_sink(name, &written_unit, group))
             }
         }
     }
 
-    /// Says what stamps without a unit of time are taken in, where another one could be meant.
-    fn report_time_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_whole: bool) {
+    /// Warns about the unit assumed for time stamps that state none or an unknown one.
+    fn report_time_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_integer: bool) {
         let word = unit_name(unit_s);
         let message = match unit {
-            "" if is_whole && unit_s == 1.0 => {
+            "" if is_integer && unit_s == 1.0 => {
                 format!(
                     "`{name}` counts in whole numbers and states no unit: it is taken in {word}"
                 )
@@ -297,15 +295,15 @@ impl ColumnPlan {
         });
     }
 
-    fn time(
+    fn add_time_sink(
         &mut self,
         name: String,
         unit: String,
         group: usize,
         reader: time_stamps::StampParser,
     ) -> ColumnRole {
-        self.accumulators.push(reader);
-        let reader = self.accumulators.len() - 1;
+        self.stamp_parsers.push(reader);
+        let reader = self.stamp_parsers.len() - 1;
         self.sinks.push(ColumnSink {
             name,
             unit,
@@ -315,7 +313,7 @@ impl ColumnPlan {
         ColumnRole::Time(self.sinks.len() - 1, reader)
     }
 
-    fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {
+    fn add_sink(&mut self, name: String, unit: &str, group: usize) -> usize {
         self.sinks.push(ColumnSink {
             name,
             unit: unit.to_string(),

@@ -160,7 +160,7 @@ impl TimeColumns {
             && unnamed
             && width > 1
             && columns.is_number(0)
-            && columns.is_even(0)
+            && columns.is_uniform(0)
             && !over_frequency(columns, width)
         {
             if columns.is_counting(0) {
