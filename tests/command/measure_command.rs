@@ -498,8 +498,8 @@ fn refuses_bad_tables_of_limits() {
         ),
         (&format!("{head}dt_sum,7,10,1,50,80,9\n"), "not below"),
         (&format!("{head}dt_sum,7,1,10,50,80,-9\n"), "above zero"),
-        (&format!("{head}dt_sum,7,1,10,50,80,9 µm\n"), "no number"),
-        (&format!("{head}dt_sum,7,1,NaN,50,80,9\n"), "no number"),
+        (&format!("{head}dt_sum,7,1,10,50,80,9 µm\n"), "not a number"),
+        (&format!("{head}dt_sum,7,1,NaN,50,80,9\n"), "not a number"),
     ] {
         put(folder.path(), "limits.csv", table);
         let output = geardyn(&["measure", &gear]);

@@ -169,7 +169,10 @@ fn refuses_with_exit_two() {
             ],
             "shaft",
         ),
-        (&["--band", "1:10", "--input", "shaft.force"], "driven"),
+        (
+            &["--band", "1:10", "--input", "shaft.force"],
+            "an output only",
+        ),
         (
             &["--band", "1:10", "--input", "ground.x"],
             "no element of this machine is connected",
@@ -311,7 +314,7 @@ fn exact_critical_speed_of_a_mesh() {
     };
     assert!(said(&[]).contains("the driver is free"), "{}", said(&[]));
     let held = said(&["--hold", "pinion.theta"]);
-    assert!(held.contains("pinion.theta is held"), "{held}");
+    assert!(held.contains("pinion.theta is prescribed"), "{held}");
 }
 
 /// Pictures have lines on every peak's circle, however far apart the lines asked for are; the CSV keeps to these.

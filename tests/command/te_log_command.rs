@@ -227,7 +227,8 @@ fn exact_pulses() {
     let (code, message) = refusal(&arguments);
     assert_eq!(code, "lost-counts");
     assert!(
-        message.contains("wheel misses 2 pulses") && message.contains("always behind line 700"),
+        message.contains("wheel has 2 missing and 0 extra pulses")
+            && message.contains("always behind line 700"),
         "{message}"
     );
     let found = document(&[&arguments[..], &["--repair", "--json"]].concat());

@@ -200,11 +200,11 @@ fn refuses_what_is_no_characteristic() {
         ),
         (
             "characteristic = { kind = \"table\", torques = [1.0, 2.0], deflections = [0.0, 1.0] }",
-            "begin",
+            "origin",
         ),
         (
             "characteristic = { kind = \"table\", torques = [0.0, 2.0, 1.0], deflections = [0.0, 1.0, 2.0] }",
-            "falls",
+            "decrease",
         ),
         (
             "characteristic = { kind = \"table\", torques = [0.0, 2.0, 2.0], deflections = [0.0, 1.0, 2.0] }",
@@ -212,7 +212,7 @@ fn refuses_what_is_no_characteristic() {
         ),
         (
             "characteristic = { kind = \"table\", torques = [0.0, 2.0, 3.0], deflections = [0.0, 1.0, 1.0] }",
-            "rising",
+            "increasing",
         ),
         (
             "damping_ratio = 0.1, characteristic = { kind = \"table\", torques = [0.0, 2.0], deflections = [0.0, 1.0] }",

@@ -88,7 +88,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         true => Ok(()),
         false => Err(Error::new(
             Code::Usage,
-            "the file holds spectra, not signals: no other analysis is possible",
+            "the file contains spectra, not signals: no other analysis is possible",
         )
         .with_hint("omit all but --channel, --band and line names; or export the signal")),
     }
