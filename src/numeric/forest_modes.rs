@@ -321,9 +321,10 @@ fn orthonormalise_once(modes: &mut [BracketedMode], masses: &[f64]) -> Result<Ma
         &l,
         &Matrix::from_fn(modes.len(), masses.len(), |j, i| x(i, j)),
     );
-    for (j, mode) in modes.iter_mut().enumerate() {
-        (mode.iterate.x.iter_mut().enumerate()).for_each(|(i, x)| *x = q[(j, i)]);
-        mode.iterate.norm = 1.0;
+    for (i, column) in q.col_iter().enumerate() {
+        let shapes = modes.iter_mut().map(|mode| &mut mode.iterate.x[i]);
+        shapes.zip(column.iter()).for_each(|(x, q)| *x = *q);
     }
+    modes.iter_mut().for_each(|mode| mode.iterate.norm = 1.0);
     Ok(l)
 }

@@ -31,7 +31,7 @@ pub struct SpectrumArgs {
         help_heading = "The shaft"
     )]
     pub model: Option<PathBuf>,
-    /// Its node that turns at --speed or carries the tacho
+    /// Node of the model that turns at --speed or carries the tacho
     #[arg(
         long,
         value_name = "NODE",
