@@ -122,7 +122,7 @@ impl ContactPath {
 
     /// Transforms a point, m, from the frame of the mate to that of `gear`. The origin of a frame is the tangent point of the line of
     /// action, the x axis the line in the direction of increasing roll; the gear axis is at y = −r_b.
-    fn to_gear_frame(&self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn to_gear_frame(self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
         let length = self.pitch_rolls[1] + self.sense * self.pitch_rolls[0];
         match self.sense > 0.0 {
             true => [length - x, -y],
