@@ -57,7 +57,7 @@ fn elastic_modes(model: &LinearModel) -> usize {
 /// Compares the methods for the lowest elastic frequencies. If interrupted, it returns the completed methods.
 ///
 /// # Errors
-/// Errors of [`refuse`] and of the reference.
+/// Errors of [`check_study`] and of the reference.
 pub fn compare_eigensolvers(
     prepared_machine: &PreparedMachine,
     model: &Model,

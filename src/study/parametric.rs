@@ -108,7 +108,7 @@ pub fn check_study(
 /// Floquet multipliers and the chart, or the reason why there are none. After cancellation the chart contains the finished rows.
 ///
 /// # Errors
-/// Errors of [`refuse`] and of the multipliers; a stiffness that falls to zero or below.
+/// Errors of [`check_study`] and of the multipliers; a stiffness that falls to zero or below.
 pub fn parametric_stability(
     machine: &PreparedMachine,
     setup: &SimulationSetup,

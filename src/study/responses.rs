@@ -62,7 +62,7 @@ fn band_and_ports(
 /// Compares the methods for the requested responses. If interrupted, it returns the completed methods.
 ///
 /// # Errors
-/// Errors of [`refuse`] and of the direct solution.
+/// Errors of [`check_study`] and of the direct solution.
 pub fn compare_responses(
     prepared_machine: &PreparedMachine,
     study: &ResponseStudy,

@@ -59,7 +59,7 @@ pub struct BevelContact {
     pub pattern: [Option<[[f64; 2]; 2]>; 2],
     /// Ease-off of the pinion and its terms.
     pub ease_off: (EaseOff, Option<EaseOffTerms>),
-    /// V–H check at [`VH_PLACES`], if requested; absent where the flanks do not touch.
+    /// V–H check at [`VH_POSITIONS`], if requested; absent where the flanks do not touch.
     pub vh: Option<[Option<PatternShift>; 3]>,
 }
 

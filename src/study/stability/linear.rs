@@ -73,7 +73,7 @@ pub fn check_study(machine: &PreparedMachine) -> Result<(), Error> {
 /// Computes the linear stability at a speed of the first node of `[speed]`, rad/s; by default the speed of the file.
 ///
 /// # Errors
-/// Errors of [`refuse`] and of complex modes.
+/// Errors of [`check_study`] and of complex modes.
 pub fn linear_stability(
     prepared_machine: &PreparedMachine,
     speed: Option<f64>,
