@@ -130,29 +130,20 @@ fn main() {
         seconds,
         error: Some(error),
     };
-    for (what, script) in [
-        (
-            "TE of 10 000 000 rows, all checks and intervals; numpy.interp and rfft",
-            "interpolate",
-        ),
-        ("the same; least squares of 4 orders alone", "fit"),
-    ] {
-        beside::row(
-            WIDTH,
-            what,
-            ours,
-            beside::peer("transmission_peer.py", &[script, name]),
-        );
-    }
     let per_turn = found.flanks[0].signal.samples_per_rev;
     let (seconds, error) = best(3, || spectrum_alone(&input, &output, per_turn));
     let alone = Took {
         seconds,
         error: Some(error),
     };
-    let what = "its part: error at even angles and its transform alone; numpy";
-    let theirs = beside::peer("transmission_peer.py", &["interpolate", name]);
-    beside::row(WIDTH, what, alone, theirs);
+    let peer = |script: &str| beside::peer("transmission_peer.py", &[script, name]);
+    let interpolated = peer("interpolate");
+    let what = "TE of 10 000 000 rows, all checks and intervals; numpy.interp and rfft";
+    beside::row(WIDTH, what, ours, interpolated);
+    let what = "its part: error at even angles and its transform alone; the same script";
+    beside::row(WIDTH, what, alone, interpolated);
+    let what = "all checks and intervals; numpy, least squares of 4 orders alone";
+    beside::row(WIDTH, what, ours, peer("fit"));
     std::fs::remove_file(&path).expect("the file is ours");
     let (seconds, _) = best(3, || {
         black_box(&input).iter().sum::<f64>() + black_box(&output).iter().sum::<f64>()
