@@ -66,6 +66,7 @@ mod api;
 mod cli;
 
 pub use api::builder::ModelBuilder;
+pub use api::encoder::{MeasuredFlank, MeasuredOrder, MeasuredTransmissionError};
 pub use api::gear_pair::{GearMesh, GearPair};
 pub use api::machine::Machine;
 pub use api::model::Model;
@@ -73,19 +74,24 @@ pub use api::modes::{
     Campbell, CampbellCrossing, ModalSensitivity, Mode, Modes, StateSpaceMatrices,
 };
 pub use api::motion::{Motion, MotionOutput};
+pub use api::reduction::Reduction;
 pub use api::response::{Response, ResponseFunction, ResponsePeak};
-pub use api::transmission::{OrderComponent, TransmissionError};
+pub use api::transmission::{AmplitudesOverSpeed, ErrorRecord, OrderComponent, TransmissionError};
 pub use base::code::Code;
 pub use base::error::{Diagnostic, Error, Errors};
+pub use encoder::gear_train::GearTrain;
 pub use gear::load::compliance::StiffnessMethod;
 pub use gear::load::mesh_result::LoadedCycle;
 pub use identify::modal_parameters::ModalParameters;
 pub use identify::rational::DelayModel;
 pub use identify::transfer::function::TransferFunction;
 pub use modes::campbell::CampbellBranch;
+pub use modes::reduction::BandError;
 pub use modes::sensitivity::SensitivityParameter;
 pub use modes::whirl::Whirl;
+pub use motion::energy_balance::EnergyBalance;
 pub use numeric::Complex;
+pub use plan::logs::encoder_study::EncoderStudy;
 pub use plan::logs::frf_estimation::FrfStudy;
 pub use plan::logs::identification_result::{IdentificationResult, IdentifiedMode};
 pub use plan::logs::identify_study::IdentifyStudy;
@@ -126,8 +132,8 @@ struct Tutorial;
 /// ```
 pub mod prelude {
     pub use crate::{
-        Errors, GearPair, IdentifyStudy, Machine, MeshStudy, Model, ModelBuilder, ModesStudy,
-        Recording, ResponseStudy, SimulateStudy, SpectrumStudy, TransmissionStudy,
+        EncoderStudy, Errors, GearPair, IdentifyStudy, Machine, MeshStudy, Model, ModelBuilder,
+        ModesStudy, Recording, ResponseStudy, SimulateStudy, SpectrumStudy, TransmissionStudy,
     };
 }
 

@@ -30,8 +30,8 @@ impl Machine {
         self.prepared.machine.dof_names()
     }
 
-    /// Natural modes: frequencies, damping, shapes, energies and sensitivities, with the Campbell diagram and the state-space form that the
-    /// study requests. Reduced machines are of the command alone.
+    /// Natural modes: frequencies, damping, shapes, energies and sensitivities, with the Campbell diagram, the state-space form and the
+    /// reduced machine that the study requests.
     ///
     /// ```
     /// # use geardyn::prelude::*;
@@ -46,7 +46,7 @@ impl Machine {
     pub fn modes(&self, study: &ModesStudy) -> Result<Modes, Errors> {
         let plan = ModesPlan::plan_modes(&self.prepared, study);
         let result = modes_run::run(&self.prepared, study, &plan)?;
-        Ok(Modes::new(&self.prepared.machine, result))
+        Ok(Modes::new(&self.prepared, result))
     }
 
     /// Frequency responses of every output to every input over a band, rad/s.
@@ -71,8 +71,8 @@ impl Machine {
         Ok(Response::new(&self.prepared.machine, result))
     }
 
-    /// Motion in time from the initial state of the scene, at rest by default. Energy balance, sensitivity to the initial conditions and
-    /// analyses during the run are of the command alone.
+    /// Motion in time from the initial state of the scene, at rest by default. Sensitivity to the initial conditions and analyses during
+    /// the run are of the command alone.
     ///
     /// ```
     /// # use geardyn::prelude::*;
@@ -99,8 +99,8 @@ impl Machine {
         Ok(Motion::new(result))
     }
 
-    /// Transmission error of a chain by order, from the errors the model declares. Speed maps, records and the flank of a generator's work
-    /// are of the command alone.
+    /// Transmission error of a chain by order, from the errors the model declares, over speed and over the angle where the study requests
+    /// it. The flank of a generator's work is of the command alone.
     ///
     /// ```
     /// # use geardyn::prelude::*;

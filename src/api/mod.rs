@@ -3,6 +3,9 @@
 /// Natural modes with names.
 pub mod modes;
 
+/// Reduced machines.
+pub mod reduction;
+
 /// Frequency responses with names.
 pub mod response;
 
@@ -11,6 +14,9 @@ pub mod motion;
 
 /// Transmission error by order, with names.
 pub mod transmission;
+
+/// Transmission error measured by two encoders.
+pub mod encoder;
 
 /// A machine that is ready for analysis.
 pub mod machine;

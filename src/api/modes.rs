@@ -2,14 +2,15 @@
 
 use std::ops::Index;
 
+use super::reduction::Reduction;
 use crate::base::error::Diagnostic;
-use crate::machine::components;
 use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
 use crate::modes::state_space::StateSpace;
 use crate::numeric::sorting::sort_descending;
 use crate::numeric::{Complex, to_rows};
 use crate::plan::modes_run::ModesResult;
+use crate::plan::prepared_machine::PreparedMachine;
 
 /// The natural modes of a machine by rising frequency.
 #[derive(Debug, Clone)]
@@ -22,6 +23,8 @@ pub struct Modes {
     pub campbell: Option<Campbell>,
     /// State-space form, if the study requests one.
     pub state_space: Option<StateSpaceMatrices>,
+    /// Reduced machine, if the study requests one.
+    pub reduction: Option<Reduction>,
     /// Warnings about the machine and the solution.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -112,7 +115,8 @@ pub struct StateSpaceMatrices {
 }
 
 impl Modes {
-    pub(super) fn new(machine: &components::Machine, result: ModesResult) -> Modes {
+    pub(super) fn new(prepared: &PreparedMachine, result: ModesResult) -> Modes {
+        let machine = &prepared.machine;
         let named = |shares: &[(usize, f64)]| {
             let mut shares: Vec<(String, f64)> = shares
                 .iter()
@@ -149,6 +153,7 @@ impl Modes {
             modes: modes.collect(),
             campbell: result.campbell.map(Campbell::new),
             state_space: (result.state_space).map(|(system, _)| StateSpaceMatrices::new(system)),
+            reduction: (result.reduction).map(|found| Reduction::new(&prepared.model, found)),
             diagnostics: result.diagnostics,
         }
     }

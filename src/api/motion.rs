@@ -1,6 +1,7 @@
 //! Motion in time: outputs with names and units at common instants.
 
 use crate::base::error::Diagnostic;
+use crate::motion::energy_balance::EnergyBalance;
 use crate::plan::simulate::SimulationResult;
 
 /// The motion of a machine.
@@ -12,6 +13,8 @@ pub struct Motion {
     pub outputs: Vec<MotionOutput>,
     /// The integration method that was used.
     pub method: &'static str,
+    /// Energy balance of the run, if the study requests one.
+    pub energy: Option<EnergyBalance>,
     /// Warnings about the machine and the integration.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -41,6 +44,7 @@ impl Motion {
             outputs: outputs.collect(),
             time_s: result.history.time,
             method: result.choice.method.name,
+            energy: result.history.balance,
             diagnostics: result.diagnostics,
         }
     }

@@ -1,4 +1,4 @@
-//! Transmission error of a chain: components by order, each with its source, and their sums.
+//! Transmission error of a chain: components by order, each with its source, and their sums; over speed and over the angle.
 
 use crate::base::error::Diagnostic;
 use crate::machine::components::Machine;
@@ -14,6 +14,10 @@ pub struct TransmissionError {
     pub worst_case: f64,
     /// Root of the sum of squared amplitudes, rad zero to peak.
     pub rss: f64,
+    /// Amplitudes over speed, if the study requests speeds.
+    pub over_speed: Option<AmplitudesOverSpeed>,
+    /// Error over the angle of the output, if the study requests a record.
+    pub record: Option<ErrorRecord>,
     /// Warnings about the chain.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -35,6 +39,32 @@ pub struct OrderComponent {
     pub share: f64,
 }
 
+/// Dynamic amplitudes of all components over the speed of the first node of `[speed]`.
+#[derive(Debug, Clone)]
+pub struct AmplitudesOverSpeed {
+    /// Speeds, rad/s.
+    pub speeds: Vec<f64>,
+    /// Amplitudes, rad zero to peak: components × speeds.
+    pub amplitudes: Vec<Vec<f64>>,
+    /// Speed (rad/s) and amplitude (rad) of the largest value of each component, resonances between the speeds included.
+    pub largest: Vec<(f64, f64)>,
+}
+
+/// Transmission error over the angle; unknown phases are drawn from a fixed seed.
+#[derive(Debug, Clone)]
+pub struct ErrorRecord {
+    /// Length, revolutions of the output.
+    pub revolutions: usize,
+    /// Errors at even angles from zero, rad.
+    pub values: Vec<f64>,
+    /// Total single-flank composite deviation F_i′ over the record, rad.
+    pub total_deviation: f64,
+    /// Largest F_i′ of one revolution, rad.
+    pub deviation_per_revolution: f64,
+    /// Tooth-to-tooth deviation f_i′, rad, if the output has teeth.
+    pub tooth_to_tooth_deviation: Option<f64>,
+}
+
 impl TransmissionError {
     pub(super) fn new(machine: &Machine, result: TransmissionResult) -> TransmissionError {
         let component = |row: &OrderLineResult| OrderComponent {
@@ -49,6 +79,18 @@ impl TransmissionError {
             components: result.lines.iter().map(component).collect(),
             worst_case: result.budget.worst_case,
             rss: result.budget.rss,
+            over_speed: result.map.map(|map| AmplitudesOverSpeed {
+                speeds: map.speeds,
+                amplitudes: map.amplitudes,
+                largest: map.largest,
+            }),
+            record: result.record.map(|found| ErrorRecord {
+                revolutions: found.record.turns,
+                values: found.record.values,
+                total_deviation: found.total,
+                deviation_per_revolution: found.per_revolution,
+                tooth_to_tooth_deviation: found.per_tooth.map(|[tooth, ..]| tooth),
+            }),
             diagnostics: result.diagnostics,
         }
     }

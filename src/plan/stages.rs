@@ -4,6 +4,7 @@
 
 pub use super::decision::StageDecision;
 use super::prepared_machine::PreparedMachine;
+use crate::base::text::pluralise;
 use crate::machine::operating_point::ActiveFlank;
 use crate::modes::modal_basis::{LISTED_SHAPE_TOLERANCE, UndampedSolver};
 use crate::numeric::energy_modes::MIN_TREE_NODES;
@@ -276,7 +277,11 @@ fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     };
     let solver = match &machine.forest {
         Some(forest) if forest.n_loops() == 0 && study.near.is_none() => ONE_BY_ONE.to_string(),
-        Some(forest) => format!("Lanczos on a tree with {} loops", forest.n_loops()),
+        Some(forest) if forest.n_loops() == 0 => "Lanczos on a tree".to_string(),
+        Some(forest) => format!(
+            "Lanczos on a tree with {}",
+            pluralise(forest.n_loops(), "loop")
+        ),
         None => "Lanczos on sparse LDLᵀ".to_string(),
     };
     StageDecision::Runs(format!(

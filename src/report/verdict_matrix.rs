@@ -69,7 +69,7 @@ fn ink(verdict: CaseVerdict) -> Colour {
 fn key(canvas: &mut Canvas) {
     let entries = [
         (CaseVerdict::Pass, "energy balance satisfied"),
-        (CaseVerdict::Refused, "not supported by the method"),
+        (CaseVerdict::Refused, "no result, reason in the table"),
         (CaseVerdict::Fail, "impossible result"),
     ];
     let mut x = 24.0;

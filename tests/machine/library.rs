@@ -15,7 +15,10 @@ mod simulate;
 #[path = "../../examples/transmission_error.rs"]
 mod transmission_error;
 
+use std::f64::consts::PI;
+
 use geardyn::prelude::*;
+use geardyn::{ReductionKind, ReductionStudy, SpeedRange};
 
 #[test]
 fn examples_run() {
@@ -66,6 +69,125 @@ fn results_own_their_names() {
     assert!((ratio.re + 0.4).abs() < 1e-12, "{ratio}");
     assert_eq!(modes.component(1, "nobody.theta"), None);
     assert!(modes[1].dominant_element().is_some());
+}
+
+/// Guyan's reduction keeps the inertia of the rigid body, and its frequencies are above those of the machine.
+#[test]
+fn reduced_machines_with_their_errors() {
+    let model = two_discs()
+        .inertia("fan", 0.01)
+        .shaft("work", "fan", 3e4)
+        .build();
+    let machine = model.unwrap().machine().unwrap();
+    let reduce = ReductionStudy {
+        method: ReductionKind::Guyan,
+        keep: vec!["motor".into(), "work".into()],
+        max_frequency_hz: 150.0,
+        modes: None,
+    };
+    let modes = machine.modes(&ModesStudy {
+        reduce: Some(reduce),
+        ..ModesStudy::default()
+    });
+    let modes = modes.unwrap();
+    let reduced = modes.reduction.unwrap();
+    let inertia: f64 = reduced.mass.iter().flatten().sum();
+    assert!((inertia - 0.08).abs() < 1e-15, "{inertia}");
+    // The fan follows the work.
+    let fan = modes.dofs.iter().position(|d| d == "fan.theta").unwrap();
+    let follows = &reduced.transformation[fan];
+    assert!(follows[0].abs() < 1e-15 && (follows[1] - 1.0).abs() < 1e-15);
+    assert_eq!(reduced.full_frequency_hz[1], modes.modes[1].frequency_hz);
+    assert!(reduced.frequency_hz[1] > reduced.full_frequency_hz[1]);
+    assert!(reduced.error.measured > 0.0 && reduced.error.measured < reduced.error.estimate);
+}
+
+/// The speed map at one speed is the error at this speed; the record has the sum of the squares of its components.
+#[test]
+fn transmission_errors_over_speed_and_angle() {
+    let machine = Model::open("examples/y2250_te.toml").unwrap().machine();
+    let error = machine.unwrap().transmission_error(&TransmissionStudy {
+        output: Some("work_spindle".into()),
+        speed: Some(100.0),
+        speeds: Some(SpeedRange {
+            from: 50.0,
+            to: 100.0,
+            count: 3,
+        }),
+        record: true,
+        ..TransmissionStudy::default()
+    });
+    let error = error.unwrap();
+    let map = error.over_speed.unwrap();
+    for (component, amplitudes) in error.components.iter().zip(&map.amplitudes) {
+        let at_speed = component.value_at_speed.unwrap().norm();
+        assert!((amplitudes[2] - at_speed).abs() <= 1e-12 * at_speed);
+    }
+    let record = error.record.unwrap();
+    let mean_square: f64 =
+        record.values.iter().map(|v| v * v).sum::<f64>() / record.values.len() as f64;
+    let squares = error
+        .components
+        .iter()
+        .map(|c| c.value_at_speed.unwrap().norm_sqr());
+    let expected = 0.5 * squares.sum::<f64>();
+    assert!(
+        (mean_square / expected - 1.0).abs() < 1e-9,
+        "{mean_square} {expected}"
+    );
+    assert!(record.total_deviation >= record.deviation_per_revolution);
+}
+
+/// The energy of a motion is balanced.
+#[test]
+fn motions_with_their_energy() {
+    let machine = Model::open("examples/linear_chain.toml").unwrap().machine();
+    let motion = machine.unwrap().simulate(&SimulateStudy {
+        end_time: Some(0.01),
+        energy: true,
+        ..SimulateStudy::default()
+    });
+    let energy = motion.unwrap().energy.unwrap();
+    assert!(energy.work_in > 0.0 && energy.relative_error().abs() < 1e-6);
+}
+
+/// Two encoders: the amplitudes that made the shipped log are within their intervals.
+#[test]
+fn transmission_errors_of_encoders() {
+    let recording = Recording::open("data/y2250_te.csv").unwrap();
+    let study = EncoderStudy::new("index_gear_1", "work_spindle", "30:37,54:36,1:90").unwrap();
+    let wrong = EncoderStudy {
+        lines: Some((10_000, 18_000)),
+        ..study.clone()
+    };
+    let text = recording
+        .transmission_error(&wrong)
+        .unwrap_err()
+        .to_string();
+    assert!(text.contains("ratio"), "{text}");
+    let error = recording.transmission_error(&EncoderStudy {
+        lines: Some((10_000, 36_000)),
+        ..study
+    });
+    let flank = &error.unwrap().flanks[0];
+    let truth = [
+        (1.0, 10.6952),
+        (60.0, 0.8130),
+        (74.0, 0.9888),
+        (90.0, 4.5837),
+        (180.0, 0.9168),
+    ];
+    for (order, arcsec) in truth {
+        let line = flank.orders.iter().find(|o| o.order == order).unwrap();
+        let (low, high) = line.interval.unwrap();
+        let amplitude = arcsec * PI / 648_000.0;
+        assert!(
+            low < amplitude && amplitude < high,
+            "order {order}: {low} {high}"
+        );
+        assert!(line.significant && !line.sources.is_empty());
+    }
+    assert!(EncoderStudy::new("a", "b", "30").is_err());
 }
 
 /// A wrong value in the builder is refused as in a file.

@@ -116,7 +116,7 @@ impl Member {
         let out_of_range =
             |key: &str, message: String| Err(Error::new(Code::OutOfRange, message).with_key(key));
         if gear.teeth < 2 {
-            let message = format!("{} teeth (limit 2)", gear.teeth);
+            let message = format!("{} teeth (minimum 2)", gear.teeth);
             return out_of_range("teeth", message);
         }
         let in_range = [

@@ -74,7 +74,7 @@ impl LineOfAction {
             let (mut l, mut angle) = (z.norm(), z.arg());
             if !(l > 0.0 && l.is_finite()) {
                 return Err(out_of_range(format!(
-                    "row {}: the point ({}, {}) m of the line of action coincides with the pitch point",
+                    "row {}: the point ({}, {}) m of the line of action has no direction from the pitch point",
                     row + 1,
                     z.re,
                     z.im
