@@ -25,6 +25,7 @@ use crate::base::toml;
 use crate::gear::bevel::blank::Blank;
 use crate::gear::bevel::cutter::Blade;
 use crate::gear::bevel::flank::BevelFlank;
+use crate::gear::bevel::flank_theory::ContactSide;
 use crate::gear::bevel::iso23509::BlankPair;
 use crate::gear::bevel::straight::{StraightFlanks, StraightProfile};
 use crate::gear::bevel::tooth::SIDES;
@@ -114,16 +115,6 @@ pub struct FlankMeshStudy {
     pub changes: bool,
 }
 
-/// Flank pair in contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ContactSide {
-    /// Concave pinion, convex gear.
-    #[default]
-    Drive,
-    /// Convex pinion, concave gear.
-    Coast,
-}
-
 impl Word for ContactSide {
     const WORDS: &'static [(&'static str, ContactSide, &'static str)] = &[
         (
@@ -137,32 +128,6 @@ impl Word for ContactSide {
             "Convex pinion flank on concave gear flank",
         ),
     ];
-}
-
-impl ContactSide {
-    /// Indices of the flanks of pinion and gear: 0 concave, 1 convex.
-    pub fn flanks(self) -> [usize; 2] {
-        match self {
-            ContactSide::Drive => [0, 1],
-            ContactSide::Coast => [1, 0],
-        }
-    }
-
-    /// Opposite side.
-    pub fn other(self) -> ContactSide {
-        match self {
-            ContactSide::Drive => ContactSide::Coast,
-            ContactSide::Coast => ContactSide::Drive,
-        }
-    }
-
-    /// Keyword in the file.
-    pub fn name(self) -> &'static str {
-        match self {
-            ContactSide::Drive => "drive",
-            ContactSide::Coast => "coast",
-        }
-    }
 }
 
 impl BevelMember {

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use geardyn::internals::gear::bevel::face_hob::{ConeRule, FaceHob};
-use geardyn::internals::gear::bevel::flank_theory::{KnownFlank, TheoryFlank};
+use geardyn::internals::gear::bevel::flank_theory::{ContactSide, KnownFlank};
 use geardyn::internals::gear::bevel::pitch_cones::{PitchConeDesign, ToothLine};
 use geardyn::internals::gear::bevel::pitch_point::PitchPoint;
 use geardyn::internals::gear::kernel::crossed_axes::CrossedAxes;
@@ -90,9 +90,9 @@ fn ref_hypoid_pitch_point() {
             let side = want("side");
             let known = KnownFlank {
                 flank: if side < 0.0 {
-                    TheoryFlank::Drive
+                    ContactSide::Drive
                 } else {
-                    TheoryFlank::Coast
+                    ContactSide::Coast
                 },
                 pressure_angle: want("pressure_angle_deg").to_radians(),
                 // The case bends both flanks of the gear away from their metal.
@@ -304,7 +304,7 @@ fn exact_bevel_pitch_point() {
             1e-14,
         );
         assert!(p.limit().is_none());
-        let contact = KnownFlank::of_cutter(TheoryFlank::Drive, 0.35, 90.0)
+        let contact = KnownFlank::of_cutter(ContactSide::Drive, 0.35, 90.0)
             .contact(&p)
             .unwrap();
         within(
@@ -360,8 +360,8 @@ fn exact_theory_of_twisted_flanks() {
         let point = Vector::new(random.between(0.5, 4.0), 25.0, random.between(50.0, 80.0));
         let at = PitchPoint::at(&axes, point).unwrap();
         let (side, flank) = match k % 3 {
-            0 => (1.0, TheoryFlank::Coast),
-            _ => (-1.0, TheoryFlank::Drive),
+            0 => (1.0, ContactSide::Coast),
+            _ => (-1.0, ContactSide::Drive),
         };
         let pressure_angle = random.between(10.0, 25.0).to_radians();
         // Out of the gear's metal.

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, list, number, switch, word};
 use super::output::{OutputArgs, PageArgs};
-use crate::scene::bevel_file::ContactSide;
+use crate::gear::bevel::flank_theory::ContactSide;
 use crate::scene::correction_study::{FlankSide, Member};
 use crate::scene::mesh_table::{BodyModel, MeshMethod};
 

@@ -7,20 +7,47 @@
 use super::pitch_point::PitchPoint;
 use crate::gear::kernel::vector::Vector;
 
-/// Flank pair by direction of load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TheoryFlank {
-    /// Concave pinion on convex gear.
+/// Flank pair in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactSide {
+    /// Concave pinion, convex gear.
+    #[default]
     Drive,
-    /// Convex pinion on concave gear.
+    /// Convex pinion, concave gear.
     Coast,
+}
+
+impl ContactSide {
+    /// Indices of the flanks of pinion and gear: 0 concave, 1 convex.
+    pub fn flanks(self) -> [usize; 2] {
+        match self {
+            ContactSide::Drive => [0, 1],
+            ContactSide::Coast => [1, 0],
+        }
+    }
+
+    /// Opposite side.
+    pub fn other(self) -> ContactSide {
+        match self {
+            ContactSide::Drive => ContactSide::Coast,
+            ContactSide::Coast => ContactSide::Drive,
+        }
+    }
+
+    /// Keyword in the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            ContactSide::Drive => "drive",
+            ContactSide::Coast => "coast",
+        }
+    }
 }
 
 /// Given flank of the gear at the pitch point; curvatures are positive for a concave gear flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownFlank {
     /// Drive or coast flank.
-    pub flank: TheoryFlank,
+    pub flank: ContactSide,
     /// Normal pressure angle α > 0, rad.
     pub pressure_angle: f64,
     /// Normal curvature along the tooth, per unit length.
@@ -47,14 +74,14 @@ pub struct FlankTheory {
 
 impl KnownFlank {
     /// Flank cut by a face-mill cutter of radius r_c: the curvature along the tooth is `cos α/r_c`.
-    pub fn of_cutter(flank: TheoryFlank, pressure_angle: f64, cutter_radius: f64) -> KnownFlank {
+    pub fn of_cutter(flank: ContactSide, pressure_angle: f64, cutter_radius: f64) -> KnownFlank {
         let size = pressure_angle.cos() / cutter_radius;
         KnownFlank {
             flank,
             pressure_angle,
             curvature: match flank {
-                TheoryFlank::Drive => -size,
-                TheoryFlank::Coast => size,
+                ContactSide::Drive => -size,
+                ContactSide::Coast => size,
             },
             torsion: 0.0,
         }
@@ -63,8 +90,8 @@ impl KnownFlank {
     /// Unit normal, out of the material of the pinion.
     fn normal(&self, pitch_point: &PitchPoint) -> Vector {
         let side = match self.flank {
-            TheoryFlank::Drive => -1.0,
-            TheoryFlank::Coast => 1.0,
+            ContactSide::Drive => -1.0,
+            ContactSide::Coast => 1.0,
         };
         let (sin, cos) = self.pressure_angle.sin_cos();
         pitch_point.lateral() * (side * cos) + pitch_point.normal * sin

@@ -2,12 +2,12 @@
 
 use super::geometry::{Quantities, QuantityUnit};
 use crate::gear::bevel::cone_gap::pitch_cone_gap;
-use crate::gear::bevel::flank_theory::{FlankTheory, KnownFlank, TheoryFlank};
+use crate::gear::bevel::flank_theory::{ContactSide, FlankTheory, KnownFlank};
 use crate::gear::bevel::pitch_point::PitchPoint;
 use crate::gear::bevel::structure_elements::StructureElements;
 use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::vector::Vector;
-use crate::scene::bevel_file::{BevelFile, ContactSide};
+use crate::scene::bevel_file::BevelFile;
 
 /// Both radii of the mean point agree with one point of space, and the pitch cones touch, within this share: blanks are given to a few digits.
 const SAME_POINT: f64 = 0.01;
@@ -82,22 +82,19 @@ fn known_flank(
     elements: &FlankElements,
     side: ContactSide,
 ) -> Option<KnownFlank> {
-    let (flank, k) = match side {
-        ContactSide::Drive => (TheoryFlank::Drive, 0),
-        ContactSide::Coast => (TheoryFlank::Coast, 1),
-    };
-    match (elements[1][side.flanks()[1]], &file.design) {
+    let [pinion, gear] = side.flanks();
+    match (elements[1][gear], &file.design) {
         (Some(elements), _) => Some(KnownFlank {
-            flank,
+            flank: side,
             pressure_angle: elements.pressure_angle.abs(),
             curvature: elements.normal_curvature,
             // The pitch point is that of a right-hand pinion.
             torsion: file.hand.sign() * elements.torsion,
         }),
         (None, Some(design)) if !design.method.is_face_hobbed() => {
-            let pressure_angle = design.pressure_angles[k];
+            let pressure_angle = design.pressure_angles[pinion];
             Some(KnownFlank::of_cutter(
-                flank,
+                side,
                 pressure_angle,
                 design.cutter_radius,
             ))

@@ -15,7 +15,6 @@ use crate::numeric::statistics::peak_to_peak;
 use crate::plan::gear::bevel::hand_name;
 use crate::plan::gear::bevel_member;
 use crate::plan::gear::bevel_mesh::LoadedPair;
-use crate::scene::bevel_file::ContactSide;
 use crate::scene::bevel_mesh::BevelMesh;
 use crate::scene::laws::Waveform;
 use crate::scene::model::{MeshFlanks, MeshSprings, StiffnessVariation};
@@ -70,10 +69,7 @@ pub fn curves(mesh: &BevelMesh, torque: f64, is_coast: bool) -> Result<MeshCurve
 /// Error for mean loads carried by the flanks that the file does not describe.
 fn flank_error(mesh: &BevelMesh) -> Error {
     let side = mesh.bevel.contact.side;
-    let other = match side {
-        ContactSide::Drive => ContactSide::Coast,
-        ContactSide::Coast => ContactSide::Drive,
-    };
+    let other = side.other();
     let hand = hand_name(mesh.bevel.hand);
     let [carried, pressed] = match mesh.is_backward {
         true => ["below", "above"],

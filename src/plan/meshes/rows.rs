@@ -2,8 +2,8 @@
 
 use super::curves::{InterpolationError, MeshCurves};
 use crate::base::quantity::format_number;
+use crate::gear::bevel::flank_theory::ContactSide;
 use crate::gear::load::load_table::{LoadInterpolation, LoadTable};
-use crate::scene::bevel_file::ContactSide;
 use crate::scene::model::MeshSprings;
 use crate::scene::pair_mesh::PairMesh;
 
