@@ -1,10 +1,10 @@
 //! The library's surface: models, machines, recordings, and what their analyses return by name.
 
-/// Natural modes with names.
-pub mod modes;
-
 /// Reduced machines.
 pub mod reduction;
+
+/// Natural modes with names.
+pub mod modes;
 
 /// Frequency responses with names.
 pub mod response;

@@ -249,8 +249,11 @@ impl ModelErrorSearch<'_> {
         let mut rejected = Vec::new();
         let initial_work = effort.work;
         loop {
-            let work_limit = MAX_WORK.0 - (effort.work - initial_work);
-            let mut search = StepwiseSearch::new(&state.raw, NUMERATORS, self.options, work_limit);
+            let options = StepwiseOptions {
+                max_work: MAX_WORK.0 - (effort.work - initial_work),
+                ..self.options
+            };
+            let mut search = StepwiseSearch::new(&state.raw, NUMERATORS, options);
             search.rejected = std::mem::take(&mut rejected);
             let (round, is_more) = search.add_round(&state.fit.model, evidence);
             effort.scans += round.scans;
@@ -273,7 +276,7 @@ impl ModelErrorSearch<'_> {
     fn remove_redundant(&self, mut state: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
         let groups = self.groups();
         let criteria = PoleSignificance {
-            threshold: StepwiseSearch::new(&state.raw, NUMERATORS, self.options, 0.0).threshold,
+            threshold: StepwiseSearch::new(&state.raw, NUMERATORS, self.options).threshold,
             groups: &groups,
             by_hit: self.by_hit() && groups.len() >= MIN_GROUPS,
         };

@@ -70,9 +70,10 @@ const STEPS_BEFORE_VARIANCE: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-3,
 };
 
-/// Operations of the joint selection for each pair of responses, about, after which noise alone is taken not to explain the responses:
-/// several times what ten modes in ten thousand lines of six responses take.
+/// Approximate operations of the joint selection for each pair of responses, after which noise alone is taken not to explain the responses:
+/// several times what ten modes in ten thousand lines of six responses take; and further operations where it explains windows of them.
 const MAX_WORK: f64 = 2e10;
+const MAX_DENSE_WORK: f64 = 2e11;
 
 /// Pairs of responses, at least one.
 fn response_pairs(lines: &ScaledResponses) -> f64 {
@@ -180,6 +181,7 @@ fn stepwise_options(
         estimated: !(lines.variance.is_some() && trusted),
         data_count: lines.data_count(),
         departs: false,
+        max_work: MAX_WORK * response_pairs(lines),
     }
 }
 
@@ -211,6 +213,7 @@ fn fit_noise_only(
 ) -> Option<SearchResult> {
     let sought = StepwiseOptions {
         data_count: average.data_count(),
+        max_work: MAX_WORK * response_pairs(average),
         ..options
     };
     let first = match lines.hits.is_empty() {
@@ -295,7 +298,7 @@ fn remaining_share(lines: &ScaledResponses, structure: ModelTerms, fit: &ModelFi
 /// Poles and terms that noise alone asks for, with the variance of the noise; `None` where it asks for more without end.
 fn search_by_noise(
     lines: &ScaledResponses,
-    options: StepwiseOptions,
+    mut options: StepwiseOptions,
     mut variance: Vec<Vec<f64>>,
     mut start: PoleModel,
     evidence: &mut Vec<SelectionStep>,
@@ -305,7 +308,13 @@ fn search_by_noise(
     let mut structure = ModelTerms::FULL;
     for round in 0..=MAX_ITERATIONS {
         let mut model = select_poles(
-            lines, options, structure, &variance, start, evidence, effort,
+            lines,
+            &mut options,
+            structure,
+            &variance,
+            start,
+            evidence,
+            effort,
         )?;
         let mut settled = given || round == MAX_ITERATIONS;
         if !settled {
@@ -330,7 +339,13 @@ fn search_by_noise(
         }
     }
     let model = select_poles(
-        lines, options, structure, &variance, start, evidence, effort,
+        lines,
+        &mut options,
+        structure,
+        &variance,
+        start,
+        evidence,
+        effort,
     )?;
     Some((model, structure, variance))
 }
@@ -368,7 +383,7 @@ fn is_explained(
     }
     let groups = lines.hits.clone();
     let judge = PoleSignificance {
-        threshold: StepwiseSearch::new(&full.all[0], NUMERATORS, options, 0.0).threshold,
+        threshold: StepwiseSearch::new(&full.all[0], NUMERATORS, options).threshold,
         by_hit: groups.len() >= MIN_GROUPS,
         groups: &groups,
     };
@@ -551,7 +566,7 @@ impl FullFit {
 /// Grows at one variance and structure; `None` where more poles than noise alone can ask for do not suffice.
 fn select_poles(
     lines: &ScaledResponses,
-    options: StepwiseOptions,
+    options: &mut StepwiseOptions,
     structure: ModelTerms,
     variance: &[Vec<f64>],
     model: PoleModel,
@@ -561,16 +576,31 @@ fn select_poles(
     let numerators = structure.numerators();
     let weights = lines.weights(variance);
     let all = [lines.shared_problem(&weights, structure)];
-    let allowed = MAX_WORK * response_pairs(lines);
-    let growth = StepwiseSearch::new(&all[0], numerators, options, allowed - effort.work);
-    let grown = growth.run(&model, evidence);
-    effort.scans += grown.scans;
-    effort.steps += grown.steps;
-    effort.work += grown.work;
+    let mut grow = |model: &PoleModel, options: &mut StepwiseOptions| {
+        let growth = StepwiseSearch::new(&all[0], numerators, *options);
+        let grown = growth.run(model, evidence);
+        effort.scans += grown.scans;
+        effort.steps += grown.steps;
+        effort.work += grown.work;
+        options.max_work -= grown.work;
+        grown
+    };
+    let mut grown = grow(&model, options);
+    if options.max_work < 0.0 {
+        let dense = StepwiseOptions {
+            max_work: MAX_DENSE_WORK * response_pairs(lines),
+            ..*options
+        };
+        let found = &grown.fit.model;
+        if StepwiseSearch::new(&all[0], numerators, dense).noise_explains_windows(found) {
+            *options = dense;
+            grown = grow(found, options);
+        }
+    }
     let poles = &grown.fit.model.poles;
     let is_out = options.fixed_pole_count.is_none()
         && (poles.len() >= options.max_poles || is_crowd(poles, lines.step));
-    (effort.work <= allowed && !is_out).then_some(FullFit {
+    (options.max_work >= 0.0 && !is_out).then_some(FullFit {
         fewer: grown.compressed,
         fit: grown.fit,
         all,

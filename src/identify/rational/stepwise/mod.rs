@@ -2,6 +2,7 @@
 
 mod addition;
 mod elimination;
+mod noise_windows;
 mod single_line;
 mod sub_bands;
 
@@ -34,6 +35,8 @@ pub(super) struct StepwiseOptions {
     pub data_count: f64,
     /// The variance holds departures from the model: a pole must gain on more lines than one.
     pub departs: bool,
+    /// Operations allowed.
+    pub max_work: f64,
 }
 
 /// Probability that noise alone adds one pole too many.
@@ -78,8 +81,6 @@ pub(super) struct StepwiseSearch<'a> {
     pub scans: usize,
     /// Operations made, about, without those by sub-bands.
     pub work: f64,
-    /// Operations allowed.
-    pub allowed: f64,
 }
 
 impl<'a> StepwiseSearch<'a> {
@@ -88,7 +89,6 @@ impl<'a> StepwiseSearch<'a> {
         measured: &'a WhitenedProblem,
         numerators: usize,
         options: StepwiseOptions,
-        allowed: f64,
     ) -> StepwiseSearch<'a> {
         let places = PLACES_PER_LINE * measured.lines() as f64;
         let threshold = chi_squared_quantile(
@@ -107,7 +107,6 @@ impl<'a> StepwiseSearch<'a> {
             steps: 0,
             scans: 0,
             work: 0.0,
-            allowed,
         }
     }
 
@@ -232,7 +231,7 @@ impl<'a> StepwiseSearch<'a> {
                 .options
                 .fixed_pole_count
                 .unwrap_or(self.options.max_poles);
-            if count >= limit || self.work > self.allowed {
+            if count >= limit || self.work > self.options.max_work {
                 return (fit, false);
             }
             // The scan of all places costs about a step.

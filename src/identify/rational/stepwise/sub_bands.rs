@@ -154,7 +154,7 @@ impl StepwiseSearch<'_> {
                     data_count: self.options.data_count * (to - from) as f64 / x.len() as f64,
                     ..self.options
                 };
-                let mut search = StepwiseSearch::new(&part, self.numerators, options, self.allowed);
+                let mut search = StepwiseSearch::new(&part, self.numerators, options);
                 search.threshold = self.threshold;
                 search.run(&model, &mut rejected).fit.model.poles
             }
