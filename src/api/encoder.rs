@@ -22,7 +22,9 @@ pub struct MeasuredTransmissionError {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Transmission error of one direction of rotation, rad of the output.
+/// Transmission error `θ₂ − r θ₁` of one direction of rotation, rad of the output: θ₁, θ₂ the angles of input and output, counted in the
+/// same sense, and r the ratio. The output angle is `φ = r θ₁`, from the index mark of the output if there is one, otherwise from the zero of
+/// the input.
 #[derive(Debug, Clone)]
 pub struct MeasuredFlank {
     /// The input angle increases.
@@ -31,7 +33,7 @@ pub struct MeasuredFlank {
     pub first_angle: f64,
     /// Output angle between two values, rad.
     pub angle_step: f64,
-    /// Errors about their mean at even output angles, rad.
+    /// Errors about their mean at equally spaced output angles, rad.
     pub values: Vec<f64>,
     /// Fitted orders, ascending.
     pub orders: Vec<MeasuredOrder>,
@@ -105,25 +107,14 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// Unknown channels; rows that were resampled when read; a ratio other than that of the teeth; lost counts without `repair`; a model,
-    /// which is of the command alone.
+    /// Unknown channels; rows that were resampled when read; a ratio other than that of the teeth; lost counts without `repair`; instants of
+    /// pulses, `radius`, `pressure_angle` and `model`, which are of the command alone.
     pub fn transmission_error(
         &self,
         study: &EncoderStudy,
     ) -> Result<MeasuredTransmissionError, Errors> {
-        if self.repairs.iter().any(|repair| repair.kind == "resampled") {
-            let message =
-                "the rows were resampled to even times; encoders are evaluated as they were read";
-            let error = Error::new(Code::Usage, message);
-            return Err(error.with_file(&self.path).with_hint("state `time = \"none\"` and a rate in the sidecar, and `angle_base` in the study").into());
-        }
-        if study.model.is_some() {
-            return Err(
-                Error::new(Code::Usage, "a recording is not attributed to a model here")
-                    .with_hint("run `geardyn te LOG --model FILE`")
-                    .into(),
-            );
-        }
+        self.check_encoder_study(study)
+            .map_err(|error| error.with_file(&self.path))?;
         let channels = EncoderRecordings {
             input: self,
             output: self,
@@ -132,6 +123,50 @@ impl Recording {
         Ok(MeasuredTransmissionError::new(evaluate_encoders(
             channels, study, None,
         )?))
+    }
+}
+
+impl Recording {
+    fn check_encoder_study(&self, study: &EncoderStudy) -> Result<(), Error> {
+        let refuse =
+            |message: &str, hint: &str| Err(Error::new(Code::Usage, message).with_hint(hint));
+        if self.repairs.iter().any(|repair| repair.kind == "resampled") {
+            return refuse(
+                "the rows were resampled to even times; encoders are evaluated as they were read",
+                "state `time = \"none\"` and a rate in the sidecar, and `angle_base` in the study",
+            );
+        }
+        let is_of_command = study.pulse_times
+            || study.radius.is_some()
+            || study.pressure_angle.is_some()
+            || study.model.is_some();
+        if is_of_command {
+            return refuse(
+                "instants of pulses, a radius, a pressure angle and a model are not evaluated here",
+                "run `geardyn te` on the log",
+            );
+        }
+        let has_columns = |names: &[String]| matches!(names.len(), 1 | 2);
+        if !has_columns(&study.input) || !has_columns(&study.output) {
+            return refuse(
+                "an encoder has one channel, or two tracks",
+                "name them in `input` and `output`",
+            );
+        }
+        if study.input.iter().any(|name| study.output.contains(name)) {
+            return refuse(
+                "one channel is named for both encoders",
+                "name separate channels in `input` and `output`",
+            );
+        }
+        let is_zero = |(a, b): (usize, usize)| a == 0 || b == 0;
+        if study.counts_per_line == 0 || study.lines.is_some_and(is_zero) {
+            return refuse(
+                "an encoder has 0 lines per turn, or 0 counts per line",
+                "state the lines per turn of both encoders in `lines`, input first",
+            );
+        }
+        Ok(())
     }
 }
 
@@ -168,16 +203,16 @@ impl MeasuredFlank {
 }
 
 impl MeasuredOrder {
-    fn new(found: OrderEstimate) -> MeasuredOrder {
+    fn new(estimate: OrderEstimate) -> MeasuredOrder {
         MeasuredOrder {
-            order: found.order.value,
-            order_fraction: found.order.fraction.to_string(),
-            sources: found.order.names,
-            amplitude: found.amplitude,
-            amplitude_std: found.deviation,
-            interval: found.interval,
-            phase: found.phase,
-            significant: found.significant,
+            order: estimate.order.value,
+            order_fraction: estimate.order.fraction.to_string(),
+            sources: estimate.order.names,
+            amplitude: estimate.amplitude,
+            amplitude_std: estimate.deviation,
+            interval: estimate.interval,
+            phase: estimate.phase,
+            significant: estimate.significant,
         }
     }
 }

@@ -153,7 +153,8 @@ impl Modes {
             modes: modes.collect(),
             campbell: result.campbell.map(Campbell::new),
             state_space: (result.state_space).map(|(system, _)| StateSpaceMatrices::new(system)),
-            reduction: (result.reduction).map(|found| Reduction::new(&prepared.model, found)),
+            reduction: (result.reduction)
+                .map(|reduction| Reduction::new(&prepared.model, reduction)),
             diagnostics: result.diagnostics,
         }
     }

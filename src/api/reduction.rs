@@ -1,4 +1,4 @@
-//! Reduced machine `M_r r̈ + C_r ṙ + K_r r = T_rᵀ f`, `p = T_r r`, and its error.
+//! Reduced machine `M_r r̈ + C_r ṙ + K_r r = T_rᵀ f`, `q = T_r r` with q all degrees of freedom, and its error.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ pub struct Reduction {
     pub frequency_hz: Vec<f64>,
     /// As many of the full machine, Hz.
     pub full_frequency_hz: Vec<f64>,
-    /// Error of the responses between the kept degrees of freedom.
+    /// Relative error of the responses between the kept degrees of freedom.
     pub error: BandError,
 }
 

@@ -46,7 +46,8 @@ pub struct AmplitudesOverSpeed {
     pub speeds: Vec<f64>,
     /// Amplitudes, rad zero to peak: components × speeds.
     pub amplitudes: Vec<Vec<f64>>,
-    /// Speed (rad/s) and amplitude (rad) of the largest value of each component, resonances between the speeds included.
+    /// Speed (rad/s) and amplitude (rad) of the largest value of each component; resonances between the speeds are
+    /// included unless one is undamped.
     pub largest: Vec<(f64, f64)>,
 }
 
@@ -55,7 +56,8 @@ pub struct AmplitudesOverSpeed {
 pub struct ErrorRecord {
     /// Length, revolutions of the output.
     pub revolutions: usize,
-    /// Errors at even angles from zero, rad.
+    /// Errors at equally spaced output angles, `2π revolutions/len` apart from zero, rad: at the speed of the study, or quasi-static without
+    /// one.
     pub values: Vec<f64>,
     /// Total single-flank composite deviation F_i′ over the record, rad.
     pub total_deviation: f64,
@@ -84,12 +86,12 @@ impl TransmissionError {
                 amplitudes: map.amplitudes,
                 largest: map.largest,
             }),
-            record: result.record.map(|found| ErrorRecord {
-                revolutions: found.record.turns,
-                values: found.record.values,
-                total_deviation: found.total,
-                deviation_per_revolution: found.per_revolution,
-                tooth_to_tooth_deviation: found.per_tooth.map(|[tooth, ..]| tooth),
+            record: result.record.map(|evaluated| ErrorRecord {
+                revolutions: evaluated.record.turns,
+                values: evaluated.record.values,
+                total_deviation: evaluated.total,
+                deviation_per_revolution: evaluated.per_revolution,
+                tooth_to_tooth_deviation: evaluated.per_tooth.map(|[tooth, ..]| tooth),
             }),
             diagnostics: result.diagnostics,
         }

@@ -94,7 +94,7 @@ pub fn parse_range(
 ) -> Result<(f64, f64), Error> {
     let invalid = || {
         let message = format!("\"{}\" is not {name}", truncate(text));
-        let hint = format!("{subject} takes first:last, such as {example}");
+        let hint = format!("{subject} takes first:last, the smaller first, such as {example}");
         Error::new(Code::OutOfRange, message).with_hint(hint)
     };
     let (low, high) = text.split_once(':').ok_or_else(invalid)?;

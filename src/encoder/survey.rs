@@ -324,9 +324,17 @@ impl RecordSurvey {
                 "{comparison}, {} by a factor of exactly {factor:.0}",
                 if ratio > 1.0 { "too many" } else { "too few" }
             );
-            return Err(Error::new(Code::RatioMismatch, message).with_hint(
-                "check --lines and --counts-per-line of both encoders (the factor is whole), then --teeth",
-            ));
+            let is_reciprocal =
+                (ratio * declared * declared - 1.0).abs() <= measured.relative_uncertainty;
+            let hint = match is_reciprocal {
+                true => {
+                    "the ratio is the reciprocal of that of the teeth: interchange --input and --output, or the teeth of each pair"
+                }
+                false => {
+                    "check --lines and --counts-per-line of both encoders (the factor is whole), then --teeth"
+                }
+            };
+            return Err(Error::new(Code::RatioMismatch, message).with_hint(hint));
         }
         Err(Error::new(Code::RatioMismatch, format!("{comparison}{nearest}"))
             .with_hint("check --teeth (driver first), --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))

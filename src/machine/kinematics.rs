@@ -342,7 +342,7 @@ pub fn no_rotation_error(machine: &Machine) -> Error {
         .map(|(index, b)| (index, b.direction.terms.as_slice()))
         .collect();
     contradictory_loop(machine, &joints).unwrap_or_else(|| {
-        let hint = "it is held by a shaft to ground; omit the speed";
+        let hint = "it is held by a shaft to ground; speeds and transmission errors need a machine that turns";
         Error::new(
             Code::UndeterminedSpeed,
             "no part of this machine can turn freely",

@@ -44,7 +44,8 @@ pub fn open_with_progress(
 fn open_file(path: &str, options: &ReadOptions, progress: &dyn Fn(f64)) -> Result<RawLog, Errors> {
     let missing =
         |message: String, hint: &str| Error::new(Code::FileMissing, message).with_hint(hint);
-    const HINT_RELATIVE_PATH: &str = "paths are relative to the working folder";
+    const HINT_RELATIVE_PATH: &str =
+        "paths are relative to the working folder; a path in a file, to the folder of that file";
     const HINT_PERMISSION: &str = "the file exists: ask its owner for read permission";
     let unreadable = |e: io::Error| {
         let is_kept = e.kind() == io::ErrorKind::PermissionDenied;

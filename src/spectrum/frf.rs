@@ -430,7 +430,9 @@ fn warnings(
         diagnostics.push(Diagnostic {
             code: "one-average",
             message: "a single average has neither coherence nor random error".into(),
-            hint: Some("average over more blocks: shorter blocks, or a longer record".into()),
+            hint: Some(
+                "average over more blocks: shorter blocks, a longer record, or more hits".into(),
+            ),
         });
     }
     Ok(diagnostics)

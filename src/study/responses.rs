@@ -41,7 +41,7 @@ fn band_and_ports(
     } = prepared_machine;
     let Some((from, to)) = study.band else {
         return Err(Error::new(Code::Usage, "no frequencies are stated")
-            .with_hint("state `band`, such as 1:500"));
+            .with_hint("add --band 1:500, or `band = \"1:500\"` to the study"));
     };
     let ports = Ports::parse(machine, &study.inputs, &study.outputs, &study.fixed_dofs)?;
     if ports.inputs.is_empty() || ports.outputs.is_empty() {

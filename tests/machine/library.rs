@@ -192,6 +192,20 @@ fn transmission_errors_of_encoders() {
         assert!(line.significant && !line.sources.is_empty());
     }
     assert!(EncoderStudy::new("a", "b", "30").is_err());
+    let same = EncoderStudy::new("work_spindle", "work_spindle", "1:90").unwrap();
+    let missing = EncoderStudy {
+        input: vec![],
+        ..same.clone()
+    };
+    let without_lines = EncoderStudy {
+        lines: Some((0, 36_000)),
+        input: vec!["index_gear_1".into()],
+        ..same.clone()
+    };
+    for wrong in [same, missing, without_lines] {
+        let errors = recording.transmission_error(&wrong).unwrap_err();
+        assert!(errors.to_string().contains("encoder"), "{errors}");
+    }
 }
 
 /// A wrong value in the builder is refused as in a file.

@@ -34,7 +34,7 @@ impl ContactSide {
         }
     }
 
-    /// Keyword in the file.
+    /// Name: drive or coast.
     pub fn name(self) -> &'static str {
         match self {
             ContactSide::Drive => "drive",

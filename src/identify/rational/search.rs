@@ -134,7 +134,7 @@ pub(super) fn search(
         return result;
     }
     evidence.clear();
-    effort.work /= response_pairs(average.unwrap_or(lines));
+    effort.work = (effort.work / response_pairs(average.unwrap_or(lines))).min(MAX_WORK);
     let search = model_error_search(lines, &noise, rules, options);
     let departing = search.run(&start, &mut evidence, &mut effort);
     let mut result = fit_with_model_error(&search, departing);
@@ -182,6 +182,7 @@ fn stepwise_options(
         data_count: lines.data_count(),
         departs: false,
         max_work: MAX_WORK * response_pairs(lines),
+        dense_work: MAX_DENSE_WORK * response_pairs(lines),
     }
 }
 
@@ -214,6 +215,7 @@ fn fit_noise_only(
     let sought = StepwiseOptions {
         data_count: average.data_count(),
         max_work: MAX_WORK * response_pairs(average),
+        dense_work: MAX_DENSE_WORK * response_pairs(average),
         ..options
     };
     let first = match lines.hits.is_empty() {
@@ -586,9 +588,10 @@ fn select_poles(
         grown
     };
     let mut grown = grow(&model, options);
-    if options.max_work < 0.0 {
+    if options.max_work < 0.0 && options.dense_work > 0.0 {
         let dense = StepwiseOptions {
-            max_work: MAX_DENSE_WORK * response_pairs(lines),
+            max_work: options.dense_work,
+            dense_work: 0.0,
             ..*options
         };
         let found = &grown.fit.model;

@@ -83,14 +83,14 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
 
 /// Warning about a stated motion quantity that contradicts the units of the responses.
 pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Option<Diagnostic> {
-    const KINDS: [&str; 3] = ["receptance", "mobility", "accelerance"];
+    const KINDS: [&str; 3] = ["a receptance", "a mobility", "an accelerance"];
     let stated = stated?;
     let f = responses.responses.first()?;
     let input = f.input.as_ref()?;
     match ResponseKind::from_units(&input.unit, &f.output.unit) {
         ResponseKind::MotionOverForce(times) if times != stated => {
             let message = format!(
-                "{} over {} is a {} by its units, {} over {}; taken as {} by --kind",
+                "{} over {} is {} by its units, {} over {}; taken as {} by --kind",
                 f.output.name,
                 input.name,
                 KINDS[usize::from(times.min(2))],

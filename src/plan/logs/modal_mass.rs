@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use super::identification_result::{DrivingPoint, IdentificationResult};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::text::quoted_list;
 use crate::identify::modal_mass::modal_mass;
 use crate::identify::transfer::function::TransferFunction;
 use crate::recording::channel_names;
 use crate::recording::channel_unit::{self, ChannelUnit};
 use crate::recording::frequency_responses::FrequencyResponses;
-use crate::recording::preprocess::unknown_channel;
 
 /// Phase beyond which a modal mass is none, rad.
 const MAX_PHASE_DEVIATION: f64 = PI / 6.0;
@@ -93,8 +93,7 @@ pub fn driving_points(
     let inputs: Vec<String> = inputs.map(|i| i.name.clone()).collect();
     let outputs: Vec<String> = functions.iter().map(|f| f.output.name.clone()).collect();
     let named = |word: &str, known: &[String]| {
-        let at =
-            channel_names::find_channel(word, known).ok_or_else(|| unknown_channel(word, known))?;
+        let at = channel_names::find_channel(word, known).ok_or_else(|| not_in_fit(word, known))?;
         Ok(known[at].clone())
     };
     (words.iter().filter_map(|word| word.split_once('=')))
@@ -151,7 +150,7 @@ fn driving_function(
         _ => (None, word),
     };
     let at = channel_names::find_channel(output, &outputs)
-        .ok_or_else(|| unknown_channel(output, &outputs))?;
+        .ok_or_else(|| not_in_fit(output, &outputs))?;
     let drives = |f: &TransferFunction| match (input, &f.input) {
         (Some(word), Some(i)) => {
             channel_names::find_channel(word, std::slice::from_ref(&i.name)).is_some()
@@ -176,7 +175,17 @@ fn driving_function(
             let inputs: Vec<String> = (functions.iter())
                 .filter_map(|f| f.input.as_ref().map(|i| i.name.clone()))
                 .collect();
-            Err(unknown_channel(input.unwrap_or(word), &inputs))
+            Err(not_in_fit(input.unwrap_or(word), &inputs))
         }
     }
+}
+
+/// Error for a channel that is none of the inputs or outputs of the fit.
+fn not_in_fit(name: &str, channels: &[String]) -> Error {
+    let list = quoted_list(channels.iter().map(String::as_str));
+    Error::new(
+        Code::NoChannel,
+        format!("\"{name}\" is not a channel of the fit: it has {list}"),
+    )
+    .with_hint("name the channel in --input or --output too")
 }

@@ -150,7 +150,7 @@ pub fn harmonic_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> 
     (!frequencies.is_empty()).then(|| Diagnostic {
         code: "harmonic",
         message: format!(
-            "{}: likely harmonics of the running speed, listed apart from the modes",
+            "{}: sines rather than modes, such as harmonics of a running speed; listed apart from the modes",
             hz_list(&frequencies)
         ),
         hint: Some("repeat at another speed: modes do not move with it".to_string()),

@@ -92,7 +92,7 @@ impl SimulationSetup {
     ) -> Result<SimulationSetup, Error> {
         let Some(until) = study.end_time else {
             let error = Error::new(Code::MissingKey, "the duration of the motion is not stated");
-            return Err(error.with_hint("add --until \"2 s\", or `until` to the study"));
+            return Err(error.with_hint("add --until \"2 s\", or `until = \"2 s\"` to the study"));
         };
         if !(until.is_finite() && until > 0.0) {
             let error = Error::new(

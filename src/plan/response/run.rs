@@ -74,7 +74,7 @@ pub struct ResonancePeak {
 fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
         return Err(Error::new(Code::Usage, "no frequencies are stated")
-            .with_hint("state `band`, such as 1:500"));
+            .with_hint("add --band 1:500, or `band = \"1:500\"` to the study"));
     };
     let ports = Ports::parse(
         &machine.machine,

@@ -71,7 +71,8 @@ impl Preprocessing {
                 "no samples between the requested times: the log lasts {:.6} s",
                 end / self.rate_hz
             );
-            return Err(Error::new(Code::OutOfRange, message));
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("state --after below --before, both within the log"));
         }
         let cut = |s: &Segment| {
             let row = |place: f64| {

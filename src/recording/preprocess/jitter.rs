@@ -115,7 +115,9 @@ impl Preprocessing {
             text(long)
         );
         self.push_repair("resampled", message);
-        let message = format!("the jitter of the time stamps limits accuracy above {band:.4} Hz");
+        let message = format!(
+            "the time stamps are uneven: the signals were resampled, accurately up to {band:.4} Hz"
+        );
         self.diagnostics.push(Diagnostic {
             code: "time-jitter",
             message,

@@ -288,7 +288,7 @@ fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableL
         log,
         "rows-of-another-dialect",
         format!(
-            "{} of numbers above the first row ignored, lines {} to {}: they have another delimiter or decimal mark",
+            "{} of numbers above the first row ignored, lines {} to {}: they have another delimiter or decimal mark, or are skipped by --header-lines",
             pluralise(count, "row"),
             above.len() - count + 1,
             above.len()

@@ -101,8 +101,7 @@ pub const CASES: &[(&str, Perturbation)] = &[
 pub const ALL_CASES: &str = "all extremes";
 
 /// Reason why no case is run if a study states no duration.
-pub const REASON_NO_DURATION: &str =
-    "the duration of the motion is not stated: add --until \"2 s\", or `until` to the study";
+pub const REASON_NO_DURATION: &str = "the duration of the motion is not stated: add --until \"2 s\", or `until = \"2 s\"` to the study";
 
 /// Names of the cases, in their order.
 pub fn case_names() -> impl Iterator<Item = &'static str> {

@@ -37,6 +37,8 @@ pub(super) struct StepwiseOptions {
     pub departs: bool,
     /// Operations allowed.
     pub max_work: f64,
+    /// Further operations allowed once if noise explains windows of lines.
+    pub dense_work: f64,
 }
 
 /// Probability that noise alone adds one pole too many.

@@ -1,10 +1,10 @@
 //! Test that tells dense modes from departures: of dense modes, noise explains the lines around every pole, although not yet the whole band.
 
-use super::super::basis::ScaledPole;
-use super::super::local_fit::cut_window;
 use super::super::projection::PoleModel;
-use super::{StepwiseOptions, StepwiseSearch, is_crowd, parameters_per_pole};
+use super::sub_bands::MAX_BAND_POLES;
+use super::{StepwiseSearch, is_crowd, parameters_per_pole};
 use crate::numeric::parallel;
+use crate::numeric::sorting::sort_ascending;
 
 /// Number of windows.
 const WINDOWS: usize = 8;
@@ -12,59 +12,37 @@ const WINDOWS: usize = 8;
 /// Half-width of a window, lines.
 const HALF_WINDOW: f64 = 100.0;
 
-/// Maximum number of poles of a window.
-const MAX_WINDOW_POLES: usize = 12;
-
-/// Maximum χ² of a window over its degrees of freedom: the number of poles of the band is not final, nor is the variance.
+/// Maximum χ² of a window over its degrees of freedom: neither the poles of the band nor the variance are final.
 const MAX_MISFIT: f64 = 3.0;
 
+/// Parameters of the linear background of a response.
+const BACKGROUND_PARAMETERS: f64 = 4.0;
+
 impl StepwiseSearch<'_> {
-    /// Whether noise explains three quarters of the windows around poles of `model`; the poles of each window are selected anew, with a
-    /// linear background.
+    /// Whether noise explains three quarters of the windows around poles of `model`, each with poles selected on its lines alone.
     pub fn noise_explains_windows(mut self, model: &PoleModel) -> bool {
         let fit = self.fit_model(model, &[]);
         let residual = self.residual_on_all_lines(&fit);
-        let poles = &model.poles;
-        let interval = poles.len().div_ceil(WINDOWS).max(1);
-        let centres: Vec<&ScaledPole> = poles.iter().step_by(interval).collect();
-        let is_explained = |centre: &&ScaledPole| {
-            let x = &self.measured.x;
-            let half = HALF_WINDOW * self.measured.line_spacing;
-            let from = x.partition_point(|&x| x < centre.w - half);
-            let to = x.partition_point(|&x| x <= centre.w + half);
-            let indices: Vec<usize> = (0..poles.len())
-                .filter(|&r| (poles[r].w - centre.w).abs() <= half)
-                .collect();
-            let part = cut_window(
-                self.measured,
-                &fit,
-                &residual,
-                self.numerators,
-                &indices,
-                from,
-                to,
-            );
-            let options = StepwiseOptions {
-                max_poles: MAX_WINDOW_POLES,
-                data_count: self.options.data_count * (to - from) as f64 / x.len() as f64,
-                ..self.options
-            };
-            let inside = PoleModel {
-                poles: indices.iter().map(|&r| poles[r]).collect(),
-                delays: Vec::new(),
-            };
-            let mut search = StepwiseSearch::new(&part, self.numerators, options);
-            search.threshold = self.threshold;
-            let selected = search.run(&inside, &mut Vec::new()).fit;
-            let count = selected.model.poles.len();
-            // The background has as many parameters as a pole.
-            let parameters =
-                (count + 1) as f64 * parameters_per_pole(self.measured, self.numerators);
-            selected.chi2 < MAX_MISFIT * (options.data_count - parameters)
-                && count < MAX_WINDOW_POLES
-                && !is_crowd(&selected.model.poles, self.measured.line_spacing)
+        let mut centres: Vec<f64> = model.poles.iter().map(|p| p.w).collect();
+        sort_ascending(&mut centres, |&w| w);
+        let interval = centres.len().div_ceil(WINDOWS).max(1);
+        let centres: Vec<f64> = centres.into_iter().step_by(interval).collect();
+        let half = HALF_WINDOW * self.measured.line_spacing;
+        let per_pole = parameters_per_pole(self.measured, self.numerators);
+        let background = BACKGROUND_PARAMETERS * self.measured.y.ncols() as f64;
+        let is_explained = |w: &f64| {
+            let selected =
+                self.select_between((w - half, w + half), (&fit, &residual), &mut Vec::new());
+            selected.is_some_and(|(selected, data_count)| {
+                let poles = &selected.model.poles;
+                let parameters = per_pole * poles.len() as f64 + background;
+                selected.chi2 < MAX_MISFIT * (data_count - parameters)
+                    && poles.len() < MAX_BAND_POLES
+                    && !is_crowd(poles, self.measured.line_spacing)
+            })
         };
         let explained = parallel::map(&centres, is_explained);
-        4 * explained.iter().filter(|&&explained| explained).count() >= 3 * explained.len()
+        let count = explained.iter().filter(|&&explained| explained).count();
+        count > 0 && 4 * count >= 3 * explained.len()
     }
 }

@@ -13,7 +13,7 @@ use crate::numeric::{Matrix, parallel};
 
 /// Maximum number of poles selected jointly, and within a sub-band.
 pub(super) const MAX_JOINT_POLES: usize = 24;
-const MAX_BAND_POLES: usize = 12;
+pub(super) const MAX_BAND_POLES: usize = 12;
 
 /// Number of known poles in the core of a sub-band, and in the overlap on either side.
 const CORE_POLES: usize = 4;
@@ -121,49 +121,60 @@ impl StepwiseSearch<'_> {
         (next, is_converging || is_near_noise)
     }
 
-    /// Stepwise selection on the lines of a sub-band; its poles unchanged where these lines determine no further one.
+    /// Poles in the core of a sub-band; those of the fit where its lines determine no further one.
     fn select_in(&self, band: &SubBand, fit: &ModelFit, residual: &Matrix) -> SubBandPoles {
+        let mut rejected = Vec::new();
+        let selected = self.select_between(band.limits, (fit, residual), &mut rejected);
+        let mut poles = match selected {
+            Some((selected, _)) => selected.model.poles,
+            None => fit.model.poles.clone(),
+        };
+        poles.retain(|p| contains(band.core, p.w));
+        rejected.retain(|step| !step.accepted);
+        SubBandPoles { poles, rejected }
+    }
+
+    /// Stepwise selection on the lines between two frequencies, from the poles of a fit there and with a linear background; with the number
+    /// of data. `None` where these lines determine no further pole.
+    pub(super) fn select_between(
+        &self,
+        limits: (f64, f64),
+        (fit, residual): (&ModelFit, &Matrix),
+        evidence: &mut Vec<SelectionStep>,
+    ) -> Option<(ModelFit, f64)> {
         let (x, poles) = (&self.measured.x, &fit.model.poles);
-        let from = x.partition_point(|&x| x <= band.limits.0);
-        let to = x.partition_point(|&x| x <= band.limits.1);
+        let from = x.partition_point(|&x| x <= limits.0);
+        let to = x.partition_point(|&x| x <= limits.1);
         let indices: Vec<usize> = (0..poles.len())
-            .filter(|&r| contains(band.limits, poles[r].w))
+            .filter(|&r| contains(limits, poles[r].w))
             .collect();
+        let values = ((to - from) * self.measured.y.ncols()) as f64;
+        let determined = (values / parameters_per_pole(self.measured, self.numerators)) as usize;
+        if determined <= indices.len() {
+            return None;
+        }
         let model = PoleModel {
             poles: indices.iter().map(|&r| poles[r]).collect(),
             delays: Vec::new(),
         };
-        let responses = self.measured.y.ncols();
-        let data = ((to - from) * responses) as f64;
-        let determined = (data / parameters_per_pole(self.measured, self.numerators)) as usize;
-        let mut rejected = Vec::new();
-        let mut selected = match determined > indices.len() {
-            false => model.poles,
-            true => {
-                let part = cut_window(
-                    self.measured,
-                    fit,
-                    residual,
-                    self.numerators,
-                    &indices,
-                    from,
-                    to,
-                );
-                let options = StepwiseOptions {
-                    max_poles: MAX_BAND_POLES.min(determined),
-                    data_count: self.options.data_count * (to - from) as f64 / x.len() as f64,
-                    ..self.options
-                };
-                let mut search = StepwiseSearch::new(&part, self.numerators, options);
-                search.threshold = self.threshold;
-                search.run(&model, &mut rejected).fit.model.poles
-            }
+        let part = cut_window(
+            self.measured,
+            fit,
+            residual,
+            self.numerators,
+            &indices,
+            from,
+            to,
+        );
+        let data_count = self.options.data_count * (to - from) as f64 / x.len() as f64;
+        let options = StepwiseOptions {
+            max_poles: MAX_BAND_POLES.min(determined),
+            fixed_pole_count: None,
+            data_count,
+            ..self.options
         };
-        selected.retain(|p| contains(band.core, p.w));
-        rejected.retain(|step| !step.accepted);
-        SubBandPoles {
-            poles: selected,
-            rejected,
-        }
+        let mut search = StepwiseSearch::new(&part, self.numerators, options);
+        search.threshold = self.threshold;
+        Some((search.run(&model, evidence).fit, data_count))
     }
 }
