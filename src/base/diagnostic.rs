@@ -558,7 +558,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "track-coarse",
         Warning,
-        "Some windows of an order track held too few samples, or the shaft turned less than one window. Request more --samples.",
+        "Some windows of an order track held too few samples, or the shaft turned less than one window. Request more --samples, or lengthen the motion.",
     ),
     (
         "te-latest",

@@ -347,7 +347,7 @@ fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec
         diagnostics.push(Diagnostic {
             code: "mesh-above-band",
             message: format!(
-                "{} above the highest order of these rows, {band:.1}, and not evaluated",
+                "{} above the highest order of these rows, {band:.1}: not evaluated",
                 match &above[..] {
                     [name] => format!("{name} lies"),
                     names => format!("{} lie", names.join(", ")),

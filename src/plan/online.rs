@@ -242,7 +242,10 @@ impl OnlineAnalysis {
                             "{n} points of the orders not computed: too few samples per turn"
                         ),
                     },
-                    hint: Some("request more --samples, a longer motion or other --turns".into()),
+                    hint: Some(match tracks.skipped_windows {
+                        0 => "lengthen the motion, or request fewer --turns".into(),
+                        _ => "request more --samples".into(),
+                    }),
                 });
             }
             result.tracks = Some((track.node, tracks));

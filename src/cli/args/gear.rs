@@ -23,7 +23,7 @@ const MESH: &[Key] = &[
     number("torque", "TORQUE", "Torque at the pinion (default unit N·m)"),
     number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (default unit N·m)"),
     number("positions", "N", "Positions in one pitch; 60 by default"),
-    number("slices", "N", "Slices along the face width; 40 for each axial pitch by default, 11 or more"),
+    number("slices", "N", "Slices along the face width; 40 for each axial pitch by default, then at least 11"),
     number("stations", "N", "Stations along the face of a bevel pair; 32 by default"),
     switch("changes", "Torques at which strips of a bevel pair begin or cease to carry as the load is raised"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),

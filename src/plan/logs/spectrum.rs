@@ -328,7 +328,9 @@ fn build_result(
             code: "no-line",
             message: "no line rises above the floor and its neighbours: the strongest is shown"
                 .into(),
-            hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
+            hint: Some(
+                "average more blocks by a coarser --resolution, or choose another --band".into(),
+            ),
         });
     }
     let inner = 1.min(spectra.frequency_hz.len() - 1);
@@ -555,7 +557,9 @@ fn cepstrum(
         diagnostics.push(Diagnostic {
             code: "no-line",
             message: "no family of lines rises above the noise: the strongest is shown".into(),
-            hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
+            hint: Some(
+                "average more blocks by a coarser --resolution, or choose another --band".into(),
+            ),
         });
     }
     Ok(SpectrumResult {

@@ -53,7 +53,7 @@ pub fn mains_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> {
     (!all.is_empty()).then(|| Diagnostic {
         code: "mains",
         message: format!(
-            "at a harmonic of the mains, listed apart from the modes: {}",
+            "at or around a harmonic of the mains, listed apart from the modes: {}",
             all.join(", ")
         ),
         hint: Some(HINT.to_string()),

@@ -266,7 +266,7 @@ impl ImpactRecord<'_> {
         )
         .with_hint(match () {
             () if only(RejectReason::LateStart.label()) => "record from before the hit; check with `geardyn check` whether the file contains frequency responses",
-            () if only(RejectReason::Clipped(0).label()) => "measure again with a larger range, or hit more gently; if the channel did not clip, state its overload level: --overload NAME=LEVEL",
+            () if only(RejectReason::Clipped(0).label()) => "measure again with a larger range, or hit more gently; equal peaks without flat tops are accepted with a stated overload level: --overload NAME=LEVEL",
             _ => "use a shorter block, or state the overload levels",
         })
     }
