@@ -2,9 +2,10 @@
 
 mod addition;
 mod elimination;
-mod noise_windows;
 mod single_line;
 mod sub_bands;
+
+mod noise_windows;
 
 use std::borrow::Cow;
 
