@@ -152,7 +152,7 @@ fn refuses_with_exit_two() {
     };
     for (more, word) in [
         (&["--band", "0:10"][..], "can turn freely"),
-        (&[], "`band`"),
+        (&[], "`band ="),
         (&["--band", "10:1"], "is not a band"),
         (&["--band", "nan:1"], "nan"),
         (&["--band", "1:1e400"], ""),
