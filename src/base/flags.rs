@@ -59,7 +59,7 @@ impl Flags {
             };
             Entry {
                 key: flag.key.clone(),
-                key_place: span(name),
+                key_span: span(name),
                 item: item.unwrap_or_else(|| Item {
                     value: Value::List(items.collect()),
                     span: span(&full_range),

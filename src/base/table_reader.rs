@@ -74,7 +74,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     /// True if the key is given on the command line.
     pub fn has_flag(&self, key: &str) -> bool {
-        (self.entry(key)).is_some_and(|entry| self.errors.is_flag(&entry.key_place))
+        (self.entry(key)).is_some_and(|entry| self.errors.is_flag(&entry.key_span))
     }
 
     /// Accepts the former name `former` of `key`.
@@ -447,10 +447,10 @@ impl<'a, 'n> TableReader<'a, 'n> {
         };
         if self.errors.flags.is_some() {
             // The keys of the file were checked when the file was read.
-            if self.errors.is_flag(&entry.key_place) {
-                let message = format!("{} has no effect here", entry.key_place.text());
+            if self.errors.is_flag(&entry.key_span) {
+                let message = format!("{} has no effect here", entry.key_span.text());
                 let hint = takes(self);
-                self.report(Code::Usage, message, &entry.key_place, &hint);
+                self.report(Code::Usage, message, &entry.key_span, &hint);
             }
             return;
         }
@@ -476,7 +476,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
             ),
         };
         let message = format!("unknown key `{}`", quantity::truncate(&entry.key));
-        self.report(Code::UnknownKey, message, &entry.key_place, &hint);
+        self.report(Code::UnknownKey, message, &entry.key_span, &hint);
     }
 
     /// List of `item`, of length `count` if given.

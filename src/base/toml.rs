@@ -67,7 +67,7 @@ pub struct Entry {
     /// Key without quotes.
     pub key: String,
     /// Source span of the key.
-    pub key_place: SourceSpan,
+    pub key_span: SourceSpan,
     /// Value with its source span.
     pub item: Item,
 }
@@ -185,7 +185,7 @@ fn table(source: &Arc<SourceFile>, table: DeTable<'_>) -> Table {
     let mut entries: Vec<Entry> = table
         .into_iter()
         .map(|(key, value)| Entry {
-            key_place: span_of(key.span()),
+            key_span: span_of(key.span()),
             key: key.into_inner().into_owned(),
             item: Item {
                 span: span_of(value.span()),
@@ -193,7 +193,7 @@ fn table(source: &Arc<SourceFile>, table: DeTable<'_>) -> Table {
             },
         })
         .collect();
-    entries.sort_by_key(|entry| entry.key_place.span().start);
+    entries.sort_by_key(|entry| entry.key_span.span().start);
     Table { entries }
 }
 
@@ -239,7 +239,7 @@ mod tests {
             panic!("{list:?}");
         };
         let k = table.get("k").unwrap();
-        assert_eq!((k.key_place.line(), k.key_place.column()), (3, 1));
+        assert_eq!((k.key_span.line(), k.key_span.column()), (3, 1));
         assert_eq!((k.item.span.text(), k.item.span.column()), ("\"µ\"", 5));
     }
 

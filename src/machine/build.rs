@@ -263,7 +263,7 @@ fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Er
             element,
             direction: relative_rotation(ends),
             friction: part.friction,
-            grip: match &part.capacity_history {
+            capacity: match &part.capacity_history {
                 Some(points) => FrictionCapacity::Timed(points.clone()),
                 None => FrictionCapacity::Constant,
             },

@@ -151,7 +151,7 @@ pub struct FrictionElement {
     /// Friction law: of a clutch at its largest capacity, of load-dependent friction for a capacity of 1.
     pub friction: FrictionLaw,
     /// Capacity of the dry friction.
-    pub grip: FrictionCapacity,
+    pub capacity: FrictionCapacity,
 }
 
 /// Capacity of dry friction: constant, timed or load-dependent.

@@ -540,7 +540,7 @@ impl Assembler<'_> {
             let direction = self.reduced(&brake.direction);
             let element = &self.machine.elements[brake.element];
             let name = element.name.clone();
-            match &brake.grip {
+            match &brake.capacity {
                 FrictionCapacity::Constant => {
                     elements.push(bare_element(
                         name,
@@ -551,7 +551,7 @@ impl Assembler<'_> {
                 FrictionCapacity::Timed(share) => {
                     let law = ForceLaw::Clutch {
                         friction: brake.friction,
-                        grip: known::signal(share)?,
+                        capacity: known::signal(share)?,
                     };
                     elements.push(bare_element(name, direction, law));
                 }

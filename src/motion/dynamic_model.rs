@@ -135,7 +135,7 @@ pub enum ForceLaw {
         /// Friction law at full capacity.
         friction: FrictionLaw,
         /// Fraction of the capacity over time, 0 to 1.
-        grip: Signal,
+        capacity: Signal,
     },
     /// Load-dependent dry friction of bearings and teeth.
     LoadFriction(Box<LoadFriction>),

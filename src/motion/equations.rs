@@ -178,7 +178,7 @@ impl OdeProblem for DynamicModel {
             })
         });
         let clutches = self.elements.iter().filter_map(|b| match &b.law {
-            ForceLaw::Clutch { grip, .. } => Some(grip.next_knot(t)),
+            ForceLaw::Clutch { capacity, .. } => Some(capacity.next_knot(t)),
             _ => None,
         });
         let paths = self.elements.iter().filter_map(|b| match &b.law {

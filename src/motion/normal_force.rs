@@ -27,8 +27,8 @@ impl DynamicModel {
     ) -> Option<FrictionLaw> {
         match &self.elements[branch].law {
             ForceLaw::Friction(friction) => Some(*friction),
-            ForceLaw::Clutch { friction, grip } => {
-                Some(friction.scaled(grip.value(t, grip.piece(t))))
+            ForceLaw::Clutch { friction, capacity } => {
+                Some(friction.scaled(capacity.value(t, capacity.piece(t))))
             }
             ForceLaw::LoadFriction(pressed) => {
                 let press = self.press(branch, pressed, regime, t, y);

@@ -66,7 +66,7 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     }
     if let Some(entry) = document.root.get("measured_gear") {
         let message = "this file describes a measured gear, not a machine";
-        let error = Error::new(Code::Usage, message).with_span(&entry.key_place);
+        let error = Error::new(Code::Usage, message).with_span(&entry.key_span);
         let gear = document.root.table("measured_gear").map(|(gear, _)| gear);
         let is_unknown =
             gear.is_some_and(|gear| gear.get("spans").is_some() && gear.get("module").is_none());
@@ -79,7 +79,7 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     }
     if let Some(entry) = document.root.get("pair") {
         let message = "this file describes gears, not a machine";
-        let error = Error::new(Code::Usage, message).with_span(&entry.key_place);
+        let error = Error::new(Code::Usage, message).with_span(&entry.key_span);
         return Err(error
             .with_hint(format!("`geardyn gear {}` computes them", source.path))
             .into());

@@ -44,7 +44,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<GearReadingsFile, Errors> {
     let table = document.root.table("measured_gear");
     if let Some(module) = table.and_then(|(table, _)| table.get("module")) {
         let message = "`module` is already known";
-        let error = Error::new(Code::Conflict, message).with_span(&module.key_place);
+        let error = Error::new(Code::Conflict, message).with_span(&module.key_span);
         return Err(error
             .with_hint("omit it, or evaluate the charts of the gear with `geardyn measure`")
             .into());

@@ -50,7 +50,7 @@ fn read_node_values(f: &mut TableReader, kind: QuantityKind) -> Vec<(Name, f64)>
     let named = named.into_iter().map(|(entry, value)| {
         let name = Name {
             text: entry.key.clone(),
-            span: entry.key_place.clone(),
+            span: entry.key_span.clone(),
         };
         (name, value)
     });

@@ -312,9 +312,9 @@ pub fn clutch(f: &mut TableReader) -> Brake {
     }
     let law = friction::read_unit_capacity_law(f);
     let largest = points.iter().fold(0.0f64, |m, p| m.max(p.1));
-    let grip = (points.len() > 1 && largest > 0.0)
+    let capacity = (points.len() > 1 && largest > 0.0)
         .then(|| LoadHistory::Table(points.iter().map(|p| (p.0, p.1 / largest)).collect()));
-    pressed(name, between, (law, largest), grip)
+    pressed(name, between, (law, largest), capacity)
 }
 
 /// Dry friction up to a largest capacity, of which there are shares over time.
@@ -322,7 +322,7 @@ fn pressed(
     name: Name,
     between: [BranchEnd; 2],
     (law, largest): (FrictionLaw, f64),
-    grip: Option<LoadHistory>,
+    capacity: Option<LoadHistory>,
 ) -> Brake {
     Brake {
         name,
@@ -332,7 +332,7 @@ fn pressed(
             breakaway: law.breakaway * largest,
             ..law
         },
-        capacity_history: grip,
+        capacity_history: capacity,
     }
 }
 
@@ -364,8 +364,8 @@ fn multiplied(f: &mut TableReader, name: Name, between: [BranchEnd; 2]) -> Brake
         factors: factors.clone(),
     };
     let largest = whole(torque).range().map_or(0.0, |r| r[1]);
-    let grip = (largest > 0.0).then(|| whole(torque / largest));
-    pressed(name, between, (law, largest), grip)
+    let capacity = (largest > 0.0).then(|| whole(torque / largest));
+    pressed(name, between, (law, largest), capacity)
 }
 
 /// A brake or a slipping clutch.

@@ -261,11 +261,11 @@ impl NamedFile {
 fn locate_key(source: &Arc<SourceFile>, [table, key]: [&str; 2]) -> SourceSpan {
     let root = toml::parse(source).root;
     let find = |table: &str, key: &str| match &root.get(table)?.item.value {
-        Value::Table(table) => table.get(key).map(|entry| entry.key_place.clone()),
+        Value::Table(table) => table.get(key).map(|entry| entry.key_span.clone()),
         _ => None,
     };
     find(table, key)
-        .or(root.get("pair").map(|entry| entry.key_place.clone()))
+        .or(root.get("pair").map(|entry| entry.key_span.clone()))
         .unwrap_or(SourceSpan::new(source.clone(), 0..0))
 }
 

@@ -20,7 +20,7 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
                 Code::WrongType,
                 format!("`set` is {}", set.item.value.name()),
             )
-            .with_span(&set.key_place)
+            .with_span(&set.key_span)
             .with_hint("write [set] and below it \"element.key\" = value"),
         );
         return;
@@ -37,7 +37,7 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
                     replace(
                         model,
                         (&pair.key, &set_keys),
-                        &pair.key_place,
+                        &pair.key_span,
                         entry.clone(),
                         errors,
                     );
@@ -48,14 +48,14 @@ pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
                     key: key.to_string(),
                     ..pair.clone()
                 };
-                replace(model, (element, &set_keys), &pair.key_place, entry, errors);
+                replace(model, (element, &set_keys), &pair.key_span, entry, errors);
             }
             (_, None) => errors.push(
                 Error::new(
                     Code::UnknownKey,
                     format!("`{}` names no key of an element", truncate(&pair.key)),
                 )
-                .with_span(&pair.key_place)
+                .with_span(&pair.key_span)
                 .with_label("in [set]")
                 .with_hint("write \"element.key\", such as \"roll_shaft.k\""),
             ),
@@ -112,7 +112,7 @@ fn replace(
     if SINGLE.contains(&element) && model.get(element).is_none() {
         model.entries.push(Entry {
             key: element.to_string(),
-            key_place: at.clone(),
+            key_span: at.clone(),
             item: Item {
                 value: Value::Table(Table::default()),
                 span: at.clone(),

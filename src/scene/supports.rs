@@ -126,14 +126,14 @@ pub fn speeds(f: &mut TableReader) -> Vec<MeanSpeed> {
             f.report(
                 Code::Conflict,
                 "`ground` does not turn",
-                &entry.key_place,
+                &entry.key_span,
                 hint,
             );
             continue;
         }
         let at = Name {
             text: entry.key.clone(),
-            span: entry.key_place.clone(),
+            span: entry.key_span.clone(),
         };
         speeds.push(MeanSpeed { at, speed });
     }

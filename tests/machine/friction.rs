@@ -364,7 +364,7 @@ bearing = [{{ name = "one", at = "a", k_radial = 1e8 }}, {{ name = "two", at = "
         let machine = PreparedMachine::new(&scene_of(&text).model)
             .unwrap()
             .machine;
-        let FrictionCapacity::Pressed(pressed) = &machine.friction_elements[0].grip else {
+        let FrictionCapacity::Pressed(pressed) = &machine.friction_elements[0].capacity else {
             panic!("{:?}", machine.friction_elements)
         };
         let Some(ToothFrictionPath {

@@ -57,7 +57,7 @@ pub fn add_bearing_friction(
         element,
         direction: relative_rotation(ends),
         friction: friction.law,
-        grip: FrictionCapacity::Pressed(LoadDependentCapacity {
+        capacity: FrictionCapacity::Pressed(LoadDependentCapacity {
             constant: friction.constant,
             coefficient: friction.coefficient,
             force_components: components,
@@ -168,7 +168,7 @@ pub fn add_tooth_friction(
         element,
         direction: Direction::new(1.0, [(thetas[0], 1.0), (thetas[1], -1.0)]),
         friction: friction.law,
-        grip: FrictionCapacity::Pressed(LoadDependentCapacity {
+        capacity: FrictionCapacity::Pressed(LoadDependentCapacity {
             constant: 0.0,
             coefficient: friction.coefficient,
             force_components: vec![vec![(branch, 1.0)]],
