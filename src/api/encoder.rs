@@ -1,12 +1,11 @@
 //! Transmission error between two encoders: orders with their sources, deviations, backlash.
 
 use crate::base::code::Code;
-use crate::base::error::Error;
-use crate::base::error::{Diagnostic, Errors};
+use crate::base::error::{Diagnostic, Error, Errors};
 use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::encoder::gear_train::GearTrain;
 use crate::plan::logs::encoder_analysis::{EncoderResult, evaluate_encoders};
-use crate::plan::logs::encoder_study::{EncoderRecordings, EncoderStudy};
+use crate::plan::logs::encoder_study::{COUNTS_PER_LINE, EncoderRecordings, EncoderStudy};
 use crate::recording::signals::Recording;
 
 /// Transmission error measured by two encoders.
@@ -78,7 +77,7 @@ impl EncoderStudy {
             index: [None, None],
             teeth: GearTrain::parse(teeth)?,
             lines: None,
-            counts_per_line: 4,
+            counts_per_line: COUNTS_PER_LINE,
             pulse_times: false,
             angle_base: false,
             multiples: None,
@@ -124,9 +123,7 @@ impl Recording {
             channels, study, None,
         )?))
     }
-}
 
-impl Recording {
     fn check_encoder_study(&self, study: &EncoderStudy) -> Result<(), Error> {
         let refuse =
             |message: &str, hint: &str| Err(Error::new(Code::Usage, message).with_hint(hint));

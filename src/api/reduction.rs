@@ -33,12 +33,11 @@ impl Reduction {
         let hertz = |omega: &[f64]| omega.iter().map(|omega| omega / TAU).collect();
         let matrices = result.model.matrices;
         let t = &matrices.transform;
-        let transformation = model.transform.iter().map(|terms| {
-            let entry = |j| terms.iter().map(|&(i, a)| a * t[(i, j)]).sum();
-            (0..t.ncols()).map(entry).collect()
-        });
+        let columns = (0..t.ncols()).map(|j| model.expand(t.col_as_slice(j)));
+        let columns: Vec<Vec<f64>> = columns.collect();
+        let row = |dof: usize| columns.iter().map(|column| column[dof]).collect();
         Reduction {
-            transformation: transformation.collect(),
+            transformation: (0..model.transform.len()).map(row).collect(),
             mass: to_rows(&matrices.mass),
             damping: to_rows(&matrices.damping),
             stiffness: to_rows(&matrices.stiffness),

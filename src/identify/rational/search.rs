@@ -181,8 +181,8 @@ fn stepwise_options(
         estimated: !(lines.variance.is_some() && trusted),
         data_count: lines.data_count(),
         departs: false,
-        max_work: MAX_WORK * response_pairs(lines),
-        dense_work: MAX_DENSE_WORK * response_pairs(lines),
+        max_work: f64::INFINITY,
+        dense_work: 0.0,
     }
 }
 
@@ -214,8 +214,6 @@ fn fit_noise_only(
 ) -> Option<SearchResult> {
     let sought = StepwiseOptions {
         data_count: average.data_count(),
-        max_work: MAX_WORK * response_pairs(average),
-        dense_work: MAX_DENSE_WORK * response_pairs(average),
         ..options
     };
     let first = match lines.hits.is_empty() {
@@ -300,13 +298,18 @@ fn remaining_share(lines: &ScaledResponses, structure: ModelTerms, fit: &ModelFi
 /// Poles and terms that noise alone asks for, with the variance of the noise; `None` where it asks for more without end.
 fn search_by_noise(
     lines: &ScaledResponses,
-    mut options: StepwiseOptions,
+    options: StepwiseOptions,
     mut variance: Vec<Vec<f64>>,
     mut start: PoleModel,
     evidence: &mut Vec<SelectionStep>,
     effort: &mut FitEffort,
 ) -> Option<(FullFit, ModelTerms, Vec<Vec<f64>>)> {
     let given = lines.variance.is_some();
+    let mut options = StepwiseOptions {
+        max_work: MAX_WORK * response_pairs(lines),
+        dense_work: MAX_DENSE_WORK * response_pairs(lines),
+        ..options
+    };
     let mut structure = ModelTerms::FULL;
     for round in 0..=MAX_ITERATIONS {
         let mut model = select_poles(

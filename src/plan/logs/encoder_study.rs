@@ -44,6 +44,9 @@ pub struct EncoderStudy {
     pub model: Option<(PathBuf, [String; 2])>,
 }
 
+/// Counts of a line by default: every edge of two tracks in quadrature.
+pub const COUNTS_PER_LINE: usize = 4;
+
 /// Counts of a line at most.
 const MAX_COUNTS: u32 = 65_536;
 
@@ -105,7 +108,7 @@ impl EncoderStudy {
         };
         Some(EncoderStudy {
             lines: f.parsed("lines", parse_encoder_lines),
-            counts_per_line: count(f, "counts_per_line").unwrap_or(4),
+            counts_per_line: count(f, "counts_per_line").unwrap_or(COUNTS_PER_LINE),
             pulse_times: f.flag("stamps"),
             angle_base: f.flag("angle_base"),
             multiples: count(f, "harmonics"),

@@ -1,7 +1,7 @@
-//! Test that tells dense modes from departures: of dense modes, noise explains the lines around every pole, although not yet the whole band.
+//! Test that distinguishes dense modes from departures: of dense modes, noise explains the lines around every pole, although not yet the whole band.
 
 use super::super::projection::PoleModel;
-use super::sub_bands::MAX_BAND_POLES;
+use super::sub_bands::{MAX_BAND_POLES, MAX_NOISE_CHI2};
 use super::{StepwiseSearch, is_crowd, parameters_per_pole};
 use crate::numeric::parallel;
 use crate::numeric::sorting::sort_ascending;
@@ -11,9 +11,6 @@ const WINDOWS: usize = 8;
 
 /// Half-width of a window, lines.
 const HALF_WINDOW: f64 = 100.0;
-
-/// Maximum χ² of a window over its degrees of freedom: neither the poles of the band nor the variance are final.
-const MAX_MISFIT: f64 = 3.0;
 
 /// Parameters of the linear background of a response.
 const BACKGROUND_PARAMETERS: f64 = 4.0;
@@ -36,7 +33,7 @@ impl StepwiseSearch<'_> {
             selected.is_some_and(|(selected, data_count)| {
                 let poles = &selected.model.poles;
                 let parameters = per_pole * poles.len() as f64 + background;
-                selected.chi2 < MAX_MISFIT * (data_count - parameters)
+                selected.chi2 < MAX_NOISE_CHI2 * (data_count - parameters)
                     && poles.len() < MAX_BAND_POLES
                     && !is_crowd(poles, self.measured.line_spacing)
             })

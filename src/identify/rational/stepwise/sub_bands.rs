@@ -31,7 +31,7 @@ const STOP_AFTER_PASS: StopCriteria = StopCriteria {
 
 /// A pass lowers χ² below this share, or to less than this multiple of the number of data; otherwise the responses depart from the model.
 const MAX_CHI2_RATIO: f64 = 0.7;
-const MAX_NOISE_CHI2: f64 = 3.0;
+pub(super) const MAX_NOISE_CHI2: f64 = 3.0;
 
 /// Poles of two sub-bands with a larger overlap are the same pole.
 const MIN_SAME_OVERLAP: f64 = 0.95;
